@@ -1,0 +1,401 @@
+//! The driver of non-bonded laws: pairs in batches, several at a time in SIMD lanes, the same bits on any processor
+//! and any number of threads.
+
+use crate::{
+    Boundary, Central, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row, Tally,
+    noise::Site,
+    parallel::{each_block, for_each_chunk},
+};
+use glam::{DMat3, DVec3};
+
+/// Non-bonded forces: a law and a source of pairs.
+///
+/// ```
+/// # use zimm_core::{AllPairs, Central, Clock, DVec3, ForceField, Now, Open, Pair, PairForce, Pairwise, Particles, System};
+/// # struct Repulsion;
+/// # impl PairForce for Repulsion {
+/// #     fn cutoff(&self) -> f64 { 2.0 }
+/// #     fn force(&self, pair: &Pair, _: &Now) -> Central { Central::conservative(2.0 - pair.r2.sqrt()) }
+/// # }
+/// let particles = Particles::new(vec![DVec3::ZERO, DVec3::X])?;
+/// let system = System::new(Open, particles, Clock::new(0.01, 1.0, 1)?);
+/// let mut field = Pairwise::new(Repulsion, AllPairs::default());
+/// let mut forces = vec![DVec3::ZERO; 2];
+/// field.accumulate(&system.frame(), &mut forces, &mut ())?;
+/// assert_eq!(forces, [-DVec3::X, DVec3::X]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Work goes on in batches of pairs within the cutoff: find and compress, fetch velocities and noise, evaluate the
+/// law in a loop without branches that the compiler turns into the widest lanes of the processor at hand, add the
+/// forces. No operation is reordered or fused by this, so the lanes' width does not show in the result.
+#[derive(Clone, Debug)]
+pub struct Pairwise<L, N> {
+    law: L,
+    neighbours: N,
+    velocities: Vec<DVec3>,
+    sites: Vec<Site>,
+    species: Vec<u8>,
+    places: Vec<u32>,
+    blocks: Vec<Scratch>,
+    arch: pulp::Arch,
+}
+
+impl<L, N> Pairwise<L, N> {
+    /// A law between the pairs of a source.
+    pub fn new(law: L, neighbours: N) -> Self {
+        Self {
+            law,
+            neighbours,
+            velocities: Vec::new(),
+            sites: Vec::new(),
+            species: Vec::new(),
+            places: Vec::new(),
+            blocks: Vec::new(),
+            arch: pulp::Arch::new(),
+        }
+    }
+
+    /// The law.
+    pub fn law(&self) -> &L {
+        &self.law
+    }
+
+    /// The source of pairs.
+    pub fn neighbours(&self) -> &N {
+        &self.neighbours
+    }
+}
+
+/// What one block of work needs: a batch of pairs and forces in the source's order.
+#[derive(Clone, Debug)]
+struct Scratch {
+    batch: Box<Batch>,
+    forces: Vec<DVec3>,
+    /// Chunks of `forces` that this block adds to.
+    touched: Vec<bool>,
+}
+
+/// Forces of a block are zeroed and joined in chunks of this many particles, those it touches only.
+const CHUNK: usize = 64;
+
+impl<L: PairForce, N> Pairwise<L, N> {
+    /// Copies what the law reads into the source's order: velocities in the laboratory, noise, species.
+    fn pack<B: Boundary>(&mut self, frame: &Frame<'_, B>)
+    where
+        N: Neighbours<B>,
+    {
+        let (order, positions) = (self.neighbours.order(), self.neighbours.positions());
+        if L::READS.velocity {
+            let gradient = frame.boundary.gradient();
+            self.velocities.clear();
+            self.velocities.extend(order.iter().zip(positions).map(|(&place, &r)| {
+                let peculiar = frame.velocities.get(place as usize).copied().unwrap_or_default();
+                if B::FLOWS { peculiar + gradient * r } else { peculiar }
+            }));
+        }
+        if L::READS.noise {
+            let noise = frame.now.noise();
+            self.sites.clear();
+            self.sites
+                .extend(order.iter().map(|&place| noise.site(frame.id(place as usize))));
+        }
+        if L::READS.species {
+            self.species.clear();
+            self.species
+                .extend(order.iter().map(|&place| frame.species(place as usize)));
+        }
+    }
+
+    /// Adapts buffers to a new order.
+    fn adapt<B: Boundary>(&mut self)
+    where
+        N: Neighbours<B>,
+    {
+        let order = self.neighbours.order();
+        self.places.resize(order.len(), 0);
+        for (k, &place) in order.iter().enumerate() {
+            self.places[place as usize] = k as u32;
+        }
+        let (blocks, n) = (self.neighbours.blocks(), order.len());
+        self.blocks.resize_with(blocks, || Scratch {
+            batch: Box::default(),
+            forces: Vec::new(),
+            touched: Vec::new(),
+        });
+        let neighbours = &self.neighbours;
+        each_block(&mut self.blocks, |b, scratch| {
+            scratch.forces.resize(n, DVec3::ZERO);
+            scratch.touched.clear();
+            scratch.touched.resize(n.div_ceil(CHUNK), blocks == 1);
+            if blocks > 1 {
+                neighbours.visit(b, |row| {
+                    scratch.touched[row.i as usize / CHUNK] = true;
+                    for &j in row.js {
+                        scratch.touched[j as usize / CHUNK] = true;
+                    }
+                });
+            }
+        });
+    }
+}
+
+impl<B, L, N> ForceField<B> for Pairwise<L, N>
+where
+    B: Boundary,
+    L: PairForce,
+    N: Neighbours<B>,
+{
+    const READS: Reads = L::READS;
+    const CONSERVES_MOMENTUM: bool = true;
+
+    fn accumulate<T: Tally>(
+        &mut self,
+        frame: &Frame<'_, B>,
+        forces: &mut [DVec3],
+        tally: &mut T,
+    ) -> Result<(), ForceError> {
+        if self.neighbours.refresh(frame, self.law.cutoff())? {
+            self.adapt::<B>();
+        }
+        self.pack(frame);
+        let view = View {
+            law: &self.law,
+            now: frame.now,
+            cutoff_squared: self.law.cutoff() * self.law.cutoff(),
+            gradient: frame.boundary.gradient(),
+            positions: self.neighbours.positions(),
+            velocities: &self.velocities,
+            sites: &self.sites,
+            species: &self.species,
+        };
+        let (neighbours, arch) = (&self.neighbours, self.arch);
+        let mut work: Vec<(&mut Scratch, T)> = self.blocks.iter_mut().map(|s| (s, T::default())).collect();
+        each_block(&mut work, |block, (scratch, heard)| {
+            scratch.clear();
+            arch.dispatch(BlockOfWork::<B, L, N, T> {
+                view: &view,
+                neighbours,
+                block,
+                batch: &mut scratch.batch,
+                forces: &mut scratch.forces,
+                heard,
+                boundary: std::marker::PhantomData,
+            });
+        });
+        for (_, heard) in work {
+            tally.absorb(heard);
+        }
+        let (blocks, places) = (&self.blocks, &self.places);
+        for_each_chunk(forces, |start, chunk| {
+            for (force, &k) in chunk.iter_mut().zip(&places[start..]) {
+                for scratch in blocks {
+                    if scratch.touched[k as usize / CHUNK] {
+                        *force += scratch.forces[k as usize];
+                    }
+                }
+            }
+        });
+        Ok(())
+    }
+
+    fn forget(&mut self) {
+        self.neighbours.forget();
+    }
+}
+
+impl Scratch {
+    fn clear(&mut self) {
+        for (chunk, _) in self
+            .forces
+            .chunks_mut(CHUNK)
+            .zip(&self.touched)
+            .filter(|(_, touched)| **touched)
+        {
+            chunk.fill(DVec3::ZERO);
+        }
+    }
+}
+
+/// What every block reads.
+struct View<'a, L> {
+    law: &'a L,
+    now: Now,
+    cutoff_squared: f64,
+    gradient: DMat3,
+    positions: &'a [DVec3],
+    velocities: &'a [DVec3],
+    sites: &'a [Site],
+    species: &'a [u8],
+}
+
+/// Pairs within the cutoff, by columns.
+#[derive(Clone, Debug)]
+struct Batch {
+    len: usize,
+    i: [u32; BATCH],
+    j: [u32; BATCH],
+    x: [f64; BATCH],
+    y: [f64; BATCH],
+    z: [f64; BATCH],
+    r2: [f64; BATCH],
+    rv: [f64; BATCH],
+    noise: [Site; BATCH],
+    species: [[u8; 2]; BATCH],
+    f: [f64; BATCH],
+}
+
+const BATCH: usize = 512;
+/// Candidates are looked at in runs of this many; a batch with less room is worked off first.
+const RUN: usize = 64;
+
+impl Default for Batch {
+    fn default() -> Self {
+        Self {
+            len: 0,
+            i: [0; BATCH],
+            j: [0; BATCH],
+            x: [0.0; BATCH],
+            y: [0.0; BATCH],
+            z: [0.0; BATCH],
+            r2: [0.0; BATCH],
+            rv: [0.0; BATCH],
+            noise: [Site::default(); BATCH],
+            species: [[0; 2]; BATCH],
+            f: [0.0; BATCH],
+        }
+    }
+}
+
+/// One block of rows; `call` is compiled once for every instruction set and the best one runs.
+struct BlockOfWork<'a, B, L, N, T> {
+    view: &'a View<'a, L>,
+    neighbours: &'a N,
+    block: usize,
+    batch: &'a mut Batch,
+    forces: &'a mut [DVec3],
+    heard: &'a mut T,
+    boundary: std::marker::PhantomData<B>,
+}
+
+impl<B: Boundary, L: PairForce, N: Neighbours<B>, T: Tally> pulp::NullaryFnOnce for BlockOfWork<'_, B, L, N, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self {
+            view,
+            neighbours,
+            block,
+            batch,
+            forces,
+            heard,
+            ..
+        } = self;
+        batch.len = 0;
+        neighbours.visit(
+            block,
+            #[inline(always)]
+            |row| {
+                for js in row.js.chunks(RUN) {
+                    if batch.len + RUN > BATCH {
+                        batch.work_off(view, forces, heard);
+                    }
+                    batch.take::<B, L>(view, &row, js);
+                }
+            },
+        );
+        batch.work_off(view, forces, heard);
+    }
+}
+
+impl Batch {
+    /// Adds the candidates that are within the cutoff. Every candidate is written; only those in range are kept.
+    #[inline(always)]
+    fn take<B: Boundary, L: PairForce>(&mut self, view: &View<'_, L>, row: &Row<'_>, js: &[u32]) {
+        let i = row.i as usize;
+        let here = view.positions[i] + row.shift;
+        let first = self.len;
+        let mut len = first;
+        for &j in js {
+            let r = here - view.positions[j as usize];
+            let r2 = r.length_squared();
+            self.i[len] = row.i;
+            self.j[len] = j;
+            (self.x[len], self.y[len], self.z[len]) = (r.x, r.y, r.z);
+            self.r2[len] = r2;
+            len += (r2 < view.cutoff_squared) as usize;
+        }
+        self.len = len;
+        if L::READS.velocity {
+            let mut v = view.velocities[i];
+            if B::FLOWS {
+                v += view.gradient * row.shift;
+            }
+            for k in first..len {
+                let apart = v - view.velocities[self.j[k] as usize];
+                self.rv[k] = self.x[k] * apart.x + self.y[k] * apart.y + self.z[k] * apart.z;
+            }
+        }
+        if L::READS.noise {
+            let site = view.sites[i];
+            for k in first..len {
+                self.noise[k] = site + view.sites[self.j[k] as usize];
+            }
+        }
+        if L::READS.species {
+            let species = view.species[i];
+            for k in first..len {
+                self.species[k] = [species, view.species[self.j[k] as usize]];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pair(&self, k: usize) -> Pair {
+        Pair {
+            r2: self.r2[k],
+            rv: self.rv[k],
+            noise: self.noise[k],
+            species: self.species[k],
+        }
+    }
+
+    /// Evaluates the law for the pairs collected, adds their forces and empties the batch.
+    #[inline(always)]
+    fn work_off<L: PairForce, T: Tally>(&mut self, view: &View<'_, L>, forces: &mut [DVec3], heard: &mut T) {
+        let len = self.len.min(BATCH);
+        for k in 0..len {
+            self.f[k] = view.law.force(&self.pair(k), &view.now).total();
+        }
+        for k in 0..len {
+            let force = self.f[k] * DVec3::new(self.x[k], self.y[k], self.z[k]);
+            forces[self.i[k] as usize] += force;
+            forces[self.j[k] as usize] -= force;
+        }
+        if T::LISTENS {
+            for k in 0..len {
+                self.report(k, view, heard);
+            }
+        }
+        self.len = 0;
+    }
+
+    #[inline(always)]
+    fn report<L: PairForce, T: Tally>(&self, k: usize, view: &View<'_, L>, heard: &mut T) {
+        let pair = self.pair(k);
+        let r = DVec3::new(self.x[k], self.y[k], self.z[k]);
+        let Central {
+            conservative,
+            dissipative,
+            random,
+        } = view.law.force(&pair, &view.now);
+        heard.hear(Item::Conservative, r, conservative * r, &|| view.law.energy(&pair));
+        if L::READS.velocity {
+            heard.hear(Item::Dissipative, r, dissipative * r, &|| 0.0);
+        }
+        if L::READS.noise {
+            heard.hear(Item::Random, r, random * r, &|| 0.0);
+        }
+    }
+}
