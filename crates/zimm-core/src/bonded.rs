@@ -124,7 +124,8 @@ impl<B: Boundary, S: BondForce> ForceField<B> for Bonded<S> {
                 .boundary
                 .min_image(frame.positions[first] - frame.positions[second]);
             let r2 = r.length_squared();
-            if !(r2 < limit * limit) {
+            let shorter_than = |length: f64| r2 < length * length;
+            if !shorter_than(limit) {
                 return Err(ForceError::Overstretched {
                     bond,
                     i,
@@ -133,7 +134,7 @@ impl<B: Boundary, S: BondForce> ForceField<B> for Bonded<S> {
                     limit,
                 });
             }
-            if !(r2 < reach * reach) {
+            if !shorter_than(reach) {
                 return Err(ForceError::BeyondCell {
                     bond,
                     i,

@@ -2,7 +2,7 @@
 
 use crate::neighbours::{cutoff_fits, not_finite};
 use crate::{Frame, Lattice, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block};
-use glam::{DMat3, DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec2, IVec3, Vec3Swizzles};
 use std::ops::Range;
 
 /// A half list of all pairs closer than cutoff + skin, made from cells and kept while it is sure to hold every pair
@@ -43,6 +43,7 @@ struct Made {
 struct Block {
     rows: Vec<Entry>,
     js: Vec<u32>,
+    used: usize,
 }
 
 /// A row: candidates `js[start..end]` of the block.
@@ -128,9 +129,15 @@ impl VerletList {
         self.shifts.clone_from(&shifts);
         self.blocks.resize_with(number_of_blocks(frame.len()), Block::default);
         let (count, sorting) = (self.blocks.len(), &self.sorting);
+        let arch = pulp::Arch::new();
         each_block(&mut self.blocks, |b, block| {
             let range = block_range(b, count, sorting.order.len());
-            block.fill(&grid, sorting, range);
+            arch.dispatch(Search {
+                grid: &grid,
+                sorting,
+                range,
+                block,
+            });
         });
         self.builds += 1;
         self.made = Some(Made {
@@ -263,6 +270,23 @@ impl Grid {
         ((n.x * side.y + n.y) * side.z + n.z) as u32
     }
 
+    /// The columns in reach of one column, each unordered pair of columns once, its own first.
+    fn half_space_of_columns(&self, own: IVec2, columns: &mut Vec<Column>) {
+        columns.clear();
+        for da in 0..=self.reach.x {
+            let first = if da == 0 { 0 } else { -self.reach.y };
+            for db in first..=self.reach.y {
+                let (a, image_a) = wrap_cell(own.x + da, self.cells.x);
+                let (b, image_b) = wrap_cell(own.y + db, self.cells.y);
+                columns.push(Column {
+                    first_cell: self.index(IVec3::new(a, b, 0)),
+                    image: IVec3::new(image_a, image_b, 0),
+                    own: da == 0 && db == 0,
+                });
+            }
+        }
+    }
+
     /// What to add to the first particle when the second is seen in each image.
     fn shifts(&self) -> Vec<DVec3> {
         let mut table = Vec::new();
@@ -327,96 +351,126 @@ impl Sorting {
     }
 }
 
+/// The search of one block of particles for their candidates; compiled once for every instruction set.
+struct Search<'a> {
+    grid: &'a Grid,
+    sorting: &'a Sorting,
+    range: Range<usize>,
+    block: &'a mut Block,
+}
+
+impl pulp::NullaryFnOnce for Search<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.block.fill(self.grid, self.sorting, self.range);
+    }
+}
+
+/// A column of cells along the last axis, as seen from a particle's own.
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    first_cell: usize,
+    image: IVec3,
+    own: bool,
+}
+
 impl Block {
     /// Finds the candidates of the particles in `range`: those of later cells in a half space of cells, so that each
     /// pair is found once.
+    #[inline(always)]
     fn fill(&mut self, grid: &Grid, sorting: &Sorting, range: Range<usize>) {
         self.rows.clear();
-        self.js.clear();
+        self.used = 0;
+        let within = grid.shift_index(IVec3::ZERO);
         let mut columns = Vec::new();
-        for da in 0..=grid.reach.x {
-            let first = if da == 0 { 0 } else { -grid.reach.y };
-            columns.extend((first..=grid.reach.y).map(|db| (da, db)));
-        }
         let mut across = Vec::new();
+        let mut columns_of = IVec2::splat(-1);
         for i in range {
             let cell = sorting.sorted_cells[i];
-            let start = self.js.len();
+            if cell.xy() != columns_of {
+                columns_of = cell.xy();
+                grid.half_space_of_columns(columns_of, &mut columns);
+            }
+            let start = self.used;
             across.clear();
-            for &(da, db) in &columns {
-                let (a, image_a) = wrap_cell(cell.x + da, grid.cells.x);
-                let (b, image_b) = wrap_cell(cell.y + db, grid.cells.y);
-                let own = da == 0 && db == 0;
-                let lowest = if own { cell.z } else { cell.z - grid.reach.z };
-                let highest = cell.z + grid.reach.z;
+            let highest = cell.z + grid.reach.z;
+            for column in &columns {
+                let lowest = if column.own { cell.z } else { cell.z - grid.reach.z };
                 let mut c = lowest;
                 while c <= highest {
                     let (wrapped, image_c) = wrap_cell(c, grid.cells.z);
                     let last = highest.min(c - wrapped + grid.cells.z - 1);
-                    let column = grid.index(IVec3::new(a, b, 0));
-                    let mut from = sorting.starts[column + wrapped as usize] as usize;
-                    let to = sorting.starts[column + (last - c + wrapped) as usize + 1] as usize;
-                    let image = IVec3::new(image_a, image_b, image_c);
-                    if own && c == cell.z {
-                        from = i + 1;
-                    }
+                    let from = sorting.starts[column.first_cell + wrapped as usize] as usize;
+                    let to = sorting.starts[column.first_cell + (last - c + wrapped) as usize + 1] as usize;
+                    let from = if column.own && c == cell.z { i + 1 } else { from };
+                    let image = column.image.with_z(image_c);
                     if image == IVec3::ZERO {
                         self.gather(grid, sorting, i, DVec3::ZERO, from..to);
-                    } else {
+                    } else if from < to {
                         across.push((image, from..to));
                     }
                     c = last + 1;
                 }
             }
-            self.close_row(i, grid.shift_index(IVec3::ZERO), start);
+            self.close_row(i, within, start);
             for (image, candidates) in across.drain(..) {
-                let start = self.js.len();
+                let start = self.used;
                 let shift = grid.basis * -image.as_dvec3();
                 self.gather(grid, sorting, i, shift, candidates);
+                self.drop_own_image(i, start);
                 self.close_row(i, grid.shift_index(image), start);
             }
         }
+        self.js.truncate(self.used);
     }
 
-    #[inline]
+    /// Appends the candidates in range. Every one is written; only those in range are kept.
+    #[inline(always)]
     fn gather(&mut self, grid: &Grid, sorting: &Sorting, i: usize, shift: DVec3, candidates: Range<usize>) {
-        const LANES: usize = 64;
+        const RUN: usize = 32;
         let here = sorting.sorted[i] + shift;
         let limit = grid.range * grid.range;
-        let mut squares = [0.0; LANES];
+        let mut squares = [0.0; RUN];
         let mut from = candidates.start;
         while from < candidates.end {
-            let to = candidates.end.min(from + LANES);
-            let squares = &mut squares[..to - from];
+            let to = candidates.end.min(from + RUN);
             let (x, y, z) = (&sorting.x[from..to], &sorting.y[from..to], &sorting.z[from..to]);
             for (((square, x), y), z) in squares.iter_mut().zip(x).zip(y).zip(z) {
                 let (dx, dy, dz) = (here.x - x, here.y - y, here.z - z);
                 *square = dx * dx + dy * dy + dz * dz;
             }
-            let mut found = self.js.len();
-            self.js.resize(found + squares.len(), 0);
-            for (k, &square) in squares.iter().enumerate() {
-                self.js[found] = (from + k) as u32;
+            if self.js.len() < self.used + RUN {
+                self.js.resize(2 * self.js.len() + RUN, 0);
+            }
+            let room = &mut self.js[self.used..self.used + RUN];
+            let mut found = 0;
+            for (k, &square) in squares[..to - from].iter().enumerate() {
+                room[found] = (from + k) as u32;
                 found += (square < limit) as usize;
             }
-            self.js.truncate(found);
+            self.used += found;
             from = to;
         }
     }
 
-    fn close_row(&mut self, i: usize, shift: u32, start: usize) {
-        let end = self.js.len();
-        let own_image = self.js[start..end].iter().position(|&j| j as usize == i);
-        if let Some(k) = own_image {
-            self.js.remove(start + k);
+    /// A particle is no neighbour of its own image.
+    fn drop_own_image(&mut self, i: usize, start: usize) {
+        if let Some(k) = self.js[start..self.used].iter().position(|&j| j as usize == i) {
+            self.js.copy_within(start + k + 1..self.used, start + k);
+            self.used -= 1;
         }
-        let end = self.js.len();
-        if end > start {
+    }
+
+    #[inline(always)]
+    fn close_row(&mut self, i: usize, shift: u32, start: usize) {
+        if self.used > start {
             self.rows.push(Entry {
                 i: i as u32,
                 shift,
                 start: start as u32,
-                end: end as u32,
+                end: self.used as u32,
             });
         }
     }

@@ -1,1 +1,44 @@
-//! todo
+//! Polymer solutions in flow, from parts that compose as types.
+//!
+//! This crate has no code of its own: it re-exports the family's crates behind features and offers a [`prelude`].
+//! A scene that wants less turns the default features off and names what it uses; a crate that it does not name is
+//! not compiled.
+//!
+//! | feature | crate | what is in it |
+//! | --- | --- | --- |
+//! | always | [`core`] | particles, lattices, neighbour lists, addressed noise, the traits |
+//! | `forces` | [`forces`] | DPD, Lennard-Jones, springs, body forces |
+//! | `boundary` | [`boundary`] | open flows, periodic boxes, Lees-Edwards shear |
+//! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin |
+//! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
+//! | `rayon` | | threads, with the same bits as without |
+//!
+//! # A scene
+//!
+//! FENE dumbbells in a DPD solvent, sheared; the viscosity comes from the stress of the frames that are tallied.
+//!
+#![doc = include_str!("../scene.md")]
+
+pub use zimm_core as core;
+
+#[cfg(feature = "analysis")]
+pub use zimm_analysis as analysis;
+#[cfg(feature = "boundary")]
+pub use zimm_boundary as boundary;
+#[cfg(feature = "forces")]
+pub use zimm_forces as forces;
+#[cfg(feature = "integrators")]
+pub use zimm_integrators as integrators;
+
+/// Everything that a scene names, in one import.
+pub mod prelude {
+    #[cfg(feature = "analysis")]
+    pub use zimm_analysis::*;
+    #[cfg(feature = "boundary")]
+    pub use zimm_boundary::*;
+    pub use zimm_core::*;
+    #[cfg(feature = "forces")]
+    pub use zimm_forces::*;
+    #[cfg(feature = "integrators")]
+    pub use zimm_integrators::*;
+}
