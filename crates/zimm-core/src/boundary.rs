@@ -64,9 +64,9 @@ pub enum Remap {
 }
 
 impl Remap {
-    /// The remap that takes image counts from `old` (the former basis, carried to now) to `new`.
-    pub fn between(old: &Lattice, new: &Lattice) -> Self {
-        let rows = (new.inverse() * old.basis()).transpose();
+    /// The remap from `carried`, the former basis carried to now and perhaps no longer reduced, to the basis now.
+    pub fn between(carried: DMat3, now: &Lattice) -> Self {
+        let rows = (now.inverse() * carried).transpose();
         let rows = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| row.round().as_ivec3());
         if rows == [IVec3::X, IVec3::Y, IVec3::Z] {
             Self::None

@@ -34,7 +34,10 @@ impl Lattice {
     pub fn new(basis: DMat3) -> Result<Self, LatticeError> {
         let lengths = basis.x_axis.length() * basis.y_axis.length() * basis.z_axis.length();
         let (volume, least) = (basis.determinant().abs(), 1e-10 * lengths);
-        if !(basis.is_finite() && volume.is_finite() && volume > least) {
+        // Vectors whose squared lengths underflow have no length to go by.
+        let axes = [basis.x_axis, basis.y_axis, basis.z_axis];
+        let measurable = axes.iter().all(|v| v.length_squared().is_normal());
+        if !(measurable && volume.is_normal() && volume > least) {
             return Err(LatticeError::Degenerate { volume, least });
         }
         Ok(Self::from_reduced(reduce(basis)))
@@ -269,5 +272,7 @@ mod tests {
         assert!(Lattice::brick(DVec3::new(1.0, f64::INFINITY, 1.0)).is_err());
         assert!(Lattice::brick(DVec3::new(1.0, f64::NAN, 1.0)).is_err());
         assert!(Lattice::brick(DVec3::new(1.0, -1.0, -1.0)).is_err());
+        assert!(Lattice::brick(DVec3::splat(1e-160)).is_err());
+        assert!(Lattice::brick(DVec3::splat(1e-100)).is_ok());
     }
 }

@@ -25,6 +25,7 @@
 //! r_ij = r_i - r_j. Units are those of the scene; DPD takes r_c = m = kT = 1.
 
 pub mod noise;
+pub mod start;
 
 mod bonded;
 mod boundary;
@@ -33,6 +34,7 @@ mod error;
 mod field;
 mod lattice;
 mod measure;
+mod molecules;
 mod neighbours;
 mod pair;
 mod pairwise;
@@ -45,12 +47,15 @@ mod verlet;
 
 pub use bonded::{BondForce, Bonded};
 pub use boundary::{Boundary, Open, Periodic, Remap};
-pub use checkpoint::{load, save};
-pub use error::{CheckpointError, ForceError, LatticeError, ListError, ParameterError, ParticleError, StepError};
+pub use checkpoint::{load, load_file, save, save_file};
+pub use error::{
+    CheckpointError, ForceError, LatticeError, ListError, ParameterError, ParticleError, StepError,
+};
 pub use field::ForceField;
 pub use glam::{DMat3, DVec3, IVec3};
 pub use lattice::Lattice;
 pub use measure::{Estimator, Observable};
+pub use molecules::Molecules;
 pub use neighbours::{AllPairs, Neighbours, Row};
 pub use pair::{Central, Pair, PairForce, Reads};
 pub use pairwise::Pairwise;

@@ -69,9 +69,17 @@ impl<A: Tally, B: Tally> Tally for (A, B) {
 }
 
 /// The virial sum r_ij F_ij, item by item.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Virial {
     items: [DMat3; Item::ALL.len()],
+}
+
+impl Default for Virial {
+    /// Zero; the default of a matrix would be the identity.
+    fn default() -> Self {
+        let items = [DMat3::ZERO; Item::ALL.len()];
+        Self { items }
+    }
 }
 
 impl Virial {

@@ -206,8 +206,9 @@ fn least_singular_value(f: DMat3) -> f64 {
     if p < 1e-150 {
         return mean.max(0.0).sqrt();
     }
-    let angle = (d.determinant() / (2.0 * p * p * p)).clamp(-1.0, 1.0).acos() / 3.0;
-    let least = mean + 2.0 * p * (angle + 2.0 * std::f64::consts::FRAC_PI_3).cos();
+    let cosine = (d.determinant() / (2.0 * p * p * p)).clamp(-1.0, 1.0);
+    let angle = libm::acos(cosine) / 3.0;
+    let least = mean + 2.0 * p * libm::cos(angle + 2.0 * std::f64::consts::FRAC_PI_3);
     least.max(0.0).sqrt()
 }
 
@@ -231,7 +232,7 @@ impl Grid {
         let mut cells = (widths / range * CUT).floor().min(DVec3::splat(1e6)).max(DVec3::ONE);
         let wanted = cells.element_product();
         if wanted > most {
-            cells = (cells * (most / wanted).cbrt()).floor().max(DVec3::ONE);
+            cells = (cells * libm::cbrt(most / wanted)).floor().max(DVec3::ONE);
         }
         let reach = (range * cells / widths - 1e-9).ceil().max(DVec3::ONE);
         let images = (reach / cells).ceil() + 1.0;

@@ -1,1 +1,60 @@
-//! todo
+//! The force laws of zimm. Each is one formula in one file: loops, images, stress and neighbour lists are the business
+//! of the drivers in `zimm-core`, which also holds the traits that a law of your own implements.
+//!
+//! Between any two particles ([`PairForce`](zimm_core::PairForce), driven by [`Pairwise`](zimm_core::Pairwise)), with
+//! x = 1 - r / r_c inside the cutoff and 0 outside:
+//!
+//! | law | force on i along r_ij / r | source |
+//! | --- | --- | --- |
+//! | [`Dpd`] | the sum of the next three, with one square root | Groot and Warren 1997 |
+//! | [`DpdConservative`] | a_ij x | Groot and Warren 1997 |
+//! | [`DpdDissipative`] | -gamma w_D (r_ij . v_ij) / r, w_D = x^s | Espanol and Warren 1995 |
+//! | [`DpdRandom`] | (2 gamma kT / dt)^1/2 w_R theta_ij, w_R = w_D^1/2 | Espanol and Warren 1995 |
+//! | [`LennardJones`] | 24 epsilon (2 (sigma / r)^12 - (sigma / r)^6) / r | Lennard-Jones 1931 |
+//! | [`Wca`] | the same, its repulsive part only | Weeks, Chandler and Andersen 1971 |
+//!
+//! Along a bond ([`BondForce`](zimm_core::BondForce), driven by [`Bonded`](zimm_core::Bonded)):
+//!
+//! | law | tension at length Q | source |
+//! | --- | --- | --- |
+//! | [`Hooke`] | H Q | Rouse 1953 |
+//! | [`Fraenkel`] | H (Q - l) | Fraenkel 1952 |
+//! | [`Fene`] | H Q / (1 - Q^2 / Q_0^2) | Warner 1972 |
+//! | [`MarkoSiggia`] | (H Q_0 / 6) (4 q - 1 + 1 / (1 - q)^2), q = Q / Q_0 | Marko and Siggia 1995 |
+//!
+//! On every particle ([`ForceField`](zimm_core::ForceField)):
+//!
+//! | law | force | source |
+//! | --- | --- | --- |
+//! | [`ConstantForce`] | the same on all | |
+//! | [`ReversePoiseuille`] | opposite in the two halves of the cell | Backer et al. 2005 |
+//!
+//! What DPD is made of can be exchanged: coefficients ([`Coefficient`]: a number or a [`SpeciesMatrix`]), weights
+//! ([`Weight`]: [`Quadratic`], [`SquareRoot`], [`Power`]) and noise ([`Distribution`]: [`Uniform`], [`Normal`]).
+//!
+//! Units are those of the scene. Lengths given to a law lie between 1e-100 and 1e100, so that no power of them
+//! overflows; particles closer than 1e-100 feel no soft force, for they have no direction.
+
+mod constant_force;
+mod dpd;
+mod fene;
+mod fraenkel;
+mod hooke;
+mod length;
+mod lennard_jones;
+mod marko_siggia;
+mod reverse_poiseuille;
+mod wca;
+
+pub use constant_force::ConstantForce;
+pub use dpd::{
+    Coefficient, Distribution, Dpd, DpdConservative, DpdDissipative, DpdRandom, Normal, Power,
+    Quadratic, SpeciesError, SpeciesMatrix, SquareRoot, Uniform, Weight,
+};
+pub use fene::Fene;
+pub use fraenkel::Fraenkel;
+pub use hooke::Hooke;
+pub use lennard_jones::LennardJones;
+pub use marko_siggia::MarkoSiggia;
+pub use reverse_poiseuille::ReversePoiseuille;
+pub use wca::Wca;

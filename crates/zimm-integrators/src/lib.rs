@@ -18,7 +18,7 @@
 //! Both schemes share four properties:
 //!
 //! * Streaming between forces uses the boundary's own deformation, so that particles and lattice are carried alike. It
-//!   is exact to rounding while `|kappa| dt` is below 0.1.
+//!   is exact to rounding while `|kappa| dt` is below 0.05.
 //! * Positions are wrapped in every step. Image counts are kept if the particles have them.
 //! * A step is taken whole or not at all. On an error the system is as it was, bit for bit, and the tally has heard
 //!   nothing.
