@@ -77,6 +77,28 @@ sum_of_springs!(A.0, B.1);
 sum_of_springs!(A.0, B.1, C.2);
 
 /// Bonded forces: a spring law and the pairs of identities that it joins. Bonds go by the nearest image.
+///
+/// A law between any two particles is no spring, so this does not compile:
+///
+/// ```compile_fail,E0277
+/// # use zimm_core::{Bonded, Central, Clock, DVec3, ForceField, Now, Open, Pair, PairForce, Particles, System};
+/// struct Repulsion;
+///
+/// impl PairForce for Repulsion {
+///     fn cutoff(&self) -> f64 {
+///         1.0
+///     }
+///
+///     fn force(&self, _: &Pair, _: &Now) -> Central {
+///         Central::conservative(1.0)
+///     }
+/// }
+///
+/// let system = System::new(Open, Particles::new(vec![])?, Clock::new(0.01, 1.0, 1)?);
+/// let mut field = Bonded::new(Repulsion, vec![[0, 1]]);
+/// field.accumulate(&system.frame(), &mut [], &mut ())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Bonded<S> {
     spring: S,

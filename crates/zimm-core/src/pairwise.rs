@@ -2,7 +2,7 @@
 //! and any number of threads.
 
 use crate::{
-    Boundary, Central, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row, Tally,
+    Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row, Tally,
     noise::Site,
     parallel::{each_block, for_each_chunk},
 };
@@ -243,6 +243,10 @@ struct Batch {
     noise: [Site; BATCH],
     species: [[u8; 2]; BATCH],
     f: [f64; BATCH],
+    /// The items of `f`, for tallies.
+    conservative: [f64; BATCH],
+    dissipative: [f64; BATCH],
+    random: [f64; BATCH],
 }
 
 const BATCH: usize = 512;
@@ -263,6 +267,9 @@ impl Default for Batch {
             noise: [Site::default(); BATCH],
             species: [[0; 2]; BATCH],
             f: [0.0; BATCH],
+            conservative: [0.0; BATCH],
+            dissipative: [0.0; BATCH],
+            random: [0.0; BATCH],
         }
     }
 }
@@ -366,7 +373,13 @@ impl Batch {
     fn work_off<L: PairForce, T: Tally>(&mut self, view: &View<'_, L>, forces: &mut [DVec3], heard: &mut T) {
         let len = self.len.min(BATCH);
         for k in 0..len {
-            self.f[k] = view.law.force(&self.pair(k), &view.now).total();
+            let force = view.law.force(&self.pair(k), &view.now);
+            self.f[k] = force.total();
+            if T::LISTENS {
+                self.conservative[k] = force.conservative;
+                self.dissipative[k] = force.dissipative;
+                self.random[k] = force.random;
+            }
         }
         for k in 0..len {
             let force = self.f[k] * DVec3::new(self.x[k], self.y[k], self.z[k]);
@@ -383,19 +396,14 @@ impl Batch {
 
     #[inline(always)]
     fn report<L: PairForce, T: Tally>(&self, k: usize, view: &View<'_, L>, heard: &mut T) {
-        let pair = self.pair(k);
         let r = DVec3::new(self.x[k], self.y[k], self.z[k]);
-        let Central {
-            conservative,
-            dissipative,
-            random,
-        } = view.law.force(&pair, &view.now);
-        heard.hear(Item::Conservative, r, conservative * r, &|| view.law.energy(&pair));
+        let energy = || view.law.energy(&self.pair(k));
+        heard.hear(Item::Conservative, r, self.conservative[k] * r, &energy);
         if L::READS.velocity {
-            heard.hear(Item::Dissipative, r, dissipative * r, &|| 0.0);
+            heard.hear(Item::Dissipative, r, self.dissipative[k] * r, &|| 0.0);
         }
         if L::READS.noise {
-            heard.hear(Item::Random, r, random * r, &|| 0.0);
+            heard.hear(Item::Random, r, self.random[k] * r, &|| 0.0);
         }
     }
 }

@@ -18,6 +18,18 @@ use std::ops::Range;
 ///
 /// because a pair outside the list was at least cutoff + skin apart. Neither streaming nor a change of basis makes a
 /// list invalid by itself.
+///
+/// Open space has no cells to cut, so this does not compile ([`AllPairs`](crate::AllPairs) serves there):
+///
+/// ```compile_fail,E0277
+/// use zimm_core::{Clock, DVec3, ForceField, Open, Pairwise, Particles, System, VerletList};
+///
+/// let particles = Particles::new(vec![DVec3::ZERO, DVec3::X])?;
+/// let system = System::new(Open, particles, Clock::new(0.01, 1.0, 1)?);
+/// let mut field = Pairwise::new((), VerletList::new(0.3)?);
+/// field.accumulate(&system.frame(), &mut [DVec3::ZERO; 2], &mut ())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct VerletList {
     skin: f64,

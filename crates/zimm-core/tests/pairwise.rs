@@ -1,5 +1,7 @@
 //! The driver of pair laws against a double loop over nearest images.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::Cell;

@@ -1,5 +1,7 @@
 //! Particles, clock and system: what they hold, what they refuse, and image counts across changes of basis.
 
+#![allow(clippy::unwrap_used)]
+
 mod common;
 
 use common::Cell;

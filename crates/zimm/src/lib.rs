@@ -13,11 +13,7 @@
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
 //! | `rayon` | | threads, with the same bits as without |
 //!
-//! # A scene
-//!
-//! FENE dumbbells in a DPD solvent, sheared; the viscosity comes from the stress of the frames that are tallied.
-//!
-#![doc = include_str!("../scene.md")]
+//! The README holds a scene of 25 lines; the crates' own pages explain each part of it.
 
 pub use zimm_core as core;
 
@@ -42,3 +38,8 @@ pub mod prelude {
     #[cfg(feature = "integrators")]
     pub use zimm_integrators::*;
 }
+
+/// The README's scene, compiled and run.
+#[cfg(all(doctest, feature = "forces", feature = "boundary", feature = "integrators", feature = "analysis"))]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
