@@ -40,7 +40,12 @@ impl ParameterError {
         Self::check(name, value, true, "finite")
     }
 
-    fn check(name: &'static str, value: f64, holds: bool, allowed: &'static str) -> Result<f64, Self> {
+    fn check(
+        name: &'static str,
+        value: f64,
+        holds: bool,
+        allowed: &'static str,
+    ) -> Result<f64, Self> {
         if holds && value.is_finite() {
             Ok(value)
         } else {
@@ -96,7 +101,9 @@ pub enum ParticleError {
         mass: f64,
     },
     /// Identities are not a permutation of 0..n.
-    #[error("identity {identity} of particle {particle} is out of range or occurs twice among {particles} particles")]
+    #[error(
+        "identity {identity} of particle {particle} is out of range or occurs twice among {particles} particles"
+    )]
     Identity {
         /// The particle.
         particle: usize,
@@ -120,7 +127,9 @@ pub enum ParticleError {
 #[non_exhaustive]
 pub enum ListError {
     /// Two images of one particle would both be in range.
-    #[error("a cutoff of {cutoff} does not fit the cell: nearest images are {images} apart, so at most {most} is allowed")]
+    #[error(
+        "a cutoff of {cutoff} does not fit the cell: nearest images are {images} apart, so at most {most} is allowed"
+    )]
     Cutoff {
         /// The cutoff asked for.
         cutoff: f64,
@@ -161,7 +170,9 @@ pub enum ForceError {
         limit: f64,
     },
     /// A spring so long that its nearest image is ambiguous.
-    #[error("bond {bond} between particles {i} and {j} is {length} long; the cell resolves bonds below {reach}")]
+    #[error(
+        "bond {bond} between particles {i} and {j} is {length} long; the cell resolves bonds below {reach}"
+    )]
     BeyondCell {
         /// Index of the bond.
         bond: usize,
@@ -224,8 +235,12 @@ pub enum CheckpointError {
         found: Vec<u8>,
     },
     /// The file is of a version that this build cannot read.
-    #[error("the checkpoint is of version {found}; this build reads version {known}")]
+    #[error(
+        "the {quantity} of the checkpoint is of version {found}; this build knows version {known}"
+    )]
     Version {
+        /// `layout` or `noise mapping`.
+        quantity: &'static str,
         /// Version of the file.
         found: u32,
         /// Version of this build.
@@ -248,7 +263,9 @@ pub enum CheckpointError {
         expected: u64,
     },
     /// The boundary given is not the one that the run was made in.
-    #[error("the boundary differs from that of the checkpoint at time {time}: {quantity} is {found:?}, was {expected:?}")]
+    #[error(
+        "the boundary differs from that of the checkpoint at time {time}: {quantity} is {found:?}, was {expected:?}"
+    )]
     Boundary {
         /// Time of the checkpoint.
         time: f64,

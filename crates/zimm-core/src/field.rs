@@ -35,7 +35,12 @@ impl<B: Boundary> ForceField<B> for () {
     const READS: Reads = Reads::NOTHING;
     const CONSERVES_MOMENTUM: bool = true;
 
-    fn accumulate<T: Tally>(&mut self, _: &Frame<'_, B>, _: &mut [DVec3], _: &mut T) -> Result<(), ForceError> {
+    fn accumulate<T: Tally>(
+        &mut self,
+        _: &Frame<'_, B>,
+        _: &mut [DVec3],
+        _: &mut T,
+    ) -> Result<(), ForceError> {
         Ok(())
     }
 }

@@ -152,7 +152,9 @@ fn perpendicular_widths(inverse: DMat3) -> DVec3 {
 }
 
 fn neighbours_of_zero() -> impl Iterator<Item = DVec3> {
-    (-1..=1).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| IVec3::new(a, b, c).as_dvec3())))
+    (-1..=1).flat_map(|a| {
+        (-1..=1).flat_map(move |b| (-1..=1).map(move |c| IVec3::new(a, b, c).as_dvec3()))
+    })
 }
 
 /// Shortens basis vectors by each other until none can be shortened: pairs by rounding (Lagrange and Gauss), then
@@ -268,7 +270,10 @@ mod tests {
     #[test]
     fn extreme_flat_and_infinite_bases_are_refused() {
         let flat = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::X + DVec3::Y);
-        assert!(matches!(Lattice::new(flat), Err(LatticeError::Degenerate { .. })));
+        assert!(matches!(
+            Lattice::new(flat),
+            Err(LatticeError::Degenerate { .. })
+        ));
         assert!(Lattice::brick(DVec3::new(1.0, f64::INFINITY, 1.0)).is_err());
         assert!(Lattice::brick(DVec3::new(1.0, f64::NAN, 1.0)).is_err());
         assert!(Lattice::brick(DVec3::new(1.0, -1.0, -1.0)).is_err());

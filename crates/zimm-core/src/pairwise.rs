@@ -2,7 +2,8 @@
 //! and any number of threads.
 
 use crate::{
-    Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row, Tally,
+    Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row,
+    Tally,
     noise::Site,
     parallel::{each_block, for_each_chunk},
 };
@@ -89,16 +90,28 @@ impl<L: PairForce, N> Pairwise<L, N> {
         if L::READS.velocity {
             let gradient = frame.boundary.gradient();
             self.velocities.clear();
-            self.velocities.extend(order.iter().zip(positions).map(|(&place, &r)| {
-                let peculiar = frame.velocities.get(place as usize).copied().unwrap_or_default();
-                if B::FLOWS { peculiar + gradient * r } else { peculiar }
-            }));
+            self.velocities
+                .extend(order.iter().zip(positions).map(|(&place, &r)| {
+                    let peculiar = frame
+                        .velocities
+                        .get(place as usize)
+                        .copied()
+                        .unwrap_or_default();
+                    if B::FLOWS {
+                        peculiar + gradient * r
+                    } else {
+                        peculiar
+                    }
+                }));
         }
         if L::READS.noise {
             let noise = frame.now.noise();
             self.sites.clear();
-            self.sites
-                .extend(order.iter().map(|&place| noise.site(frame.id(place as usize))));
+            self.sites.extend(
+                order
+                    .iter()
+                    .map(|&place| noise.site(frame.id(place as usize))),
+            );
         }
         if L::READS.species {
             self.species.clear();
@@ -170,7 +183,8 @@ where
             species: &self.species,
         };
         let (neighbours, arch) = (&self.neighbours, self.arch);
-        let mut work: Vec<(&mut Scratch, T)> = self.blocks.iter_mut().map(|s| (s, T::default())).collect();
+        let mut work: Vec<(&mut Scratch, T)> =
+            self.blocks.iter_mut().map(|s| (s, T::default())).collect();
         each_block(&mut work, |block, (scratch, heard)| {
             scratch.clear();
             arch.dispatch(BlockOfWork::<B, L, N, T> {
@@ -285,7 +299,9 @@ struct BlockOfWork<'a, B, L, N, T> {
     boundary: std::marker::PhantomData<B>,
 }
 
-impl<B: Boundary, L: PairForce, N: Neighbours<B>, T: Tally> pulp::NullaryFnOnce for BlockOfWork<'_, B, L, N, T> {
+impl<B: Boundary, L: PairForce, N: Neighbours<B>, T: Tally> pulp::NullaryFnOnce
+    for BlockOfWork<'_, B, L, N, T>
+{
     type Output = ();
 
     #[inline(always)]
@@ -370,7 +386,12 @@ impl Batch {
 
     /// Evaluates the law for the pairs collected, adds their forces and empties the batch.
     #[inline(always)]
-    fn work_off<L: PairForce, T: Tally>(&mut self, view: &View<'_, L>, forces: &mut [DVec3], heard: &mut T) {
+    fn work_off<L: PairForce, T: Tally>(
+        &mut self,
+        view: &View<'_, L>,
+        forces: &mut [DVec3],
+        heard: &mut T,
+    ) {
         let len = self.len.min(BATCH);
         for k in 0..len {
             let force = view.law.force(&self.pair(k), &view.now);

@@ -5,7 +5,10 @@ pub(crate) fn each_block<S: Send>(states: &mut [S], work: impl Fn(usize, &mut S)
     #[cfg(feature = "rayon")]
     if states.len() > 1 {
         use rayon::prelude::*;
-        states.par_iter_mut().enumerate().for_each(|(block, state)| work(block, state));
+        states
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(block, state)| work(block, state));
         return;
     }
     for (block, state) in states.iter_mut().enumerate() {

@@ -8,7 +8,12 @@ pub trait Stepper<B: Boundary, F: ForceField<B>> {
     ///
     /// # Errors
     /// If the step cannot be taken. The system is then as it was before.
-    fn step<T: Tally>(&mut self, system: &mut System<B>, field: &mut F, tally: &mut T) -> Result<(), StepError>;
+    fn step<T: Tally>(
+        &mut self,
+        system: &mut System<B>,
+        field: &mut F,
+        tally: &mut T,
+    ) -> Result<(), StepError>;
 }
 
 /// Time stands still: the null stepper.

@@ -34,14 +34,28 @@ impl Clock {
         epoch_step: u64,
         epoch_time: f64,
     ) -> Result<Self, ParameterError> {
-        Ok(Self {
+        const MOST: u64 = 1 << 53;
+        if step > MOST {
+            return Err(ParameterError::new("step", step as f64, "at most 2^53"));
+        }
+        if epoch_step > step {
+            let name = "step of the last change of dt";
+            return Err(ParameterError::new(
+                name,
+                epoch_step as f64,
+                "at most the step",
+            ));
+        }
+        let clock = Self {
             dt: ParameterError::positive("dt", dt)?,
             kt: ParameterError::non_negative("kt", kt)?,
             seed,
             step,
             epoch_step,
-            epoch_time: ParameterError::finite("time", epoch_time)?,
-        })
+            epoch_time,
+        };
+        ParameterError::finite("time", clock.now().time)?;
+        Ok(clock)
     }
 
     /// Goes on with another time step.

@@ -1,7 +1,9 @@
 //! The Verlet list: candidate pairs from cells, kept while no pair can have been missed.
 
 use crate::neighbours::{cutoff_fits, not_finite};
-use crate::{Frame, Lattice, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block};
+use crate::{
+    Frame, Lattice, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block,
+};
 use glam::{DMat3, DVec3, IVec2, IVec3, Vec3Swizzles};
 use std::ops::Range;
 
@@ -68,8 +70,8 @@ struct Entry {
 }
 
 impl VerletList {
-    /// A list that looks `skin` further than the cutoff. A thin skin is made anew often, a thick one holds many pairs
-    /// that do not interact; the result is the same for all.
+    /// A list that looks `skin` further than the cutoff, at most three times as far. A thin skin is made anew often, a
+    /// thick one holds many pairs that do not interact; the result is the same for all.
     ///
     /// # Errors
     /// If `skin` is below zero.
@@ -97,6 +99,11 @@ impl VerletList {
         self.blocks.iter().map(|block| block.js.len()).sum()
     }
 
+    /// How far the list looks.
+    fn range(&self, cutoff: f64) -> f64 {
+        cutoff + self.skin.min(2.0 * cutoff)
+    }
+
     /// Brings positions and shifts of an existing list to now; false if a pair may have been missed.
     fn follow<B: Periodic>(&mut self, frame: &Frame<'_, B>, cutoff: f64) -> bool {
         let Some(made) = &self.made else { return false };
@@ -107,14 +114,27 @@ impl VerletList {
         let lattice = frame.boundary.lattice();
         let mut largest = [0.0_f64; 2];
         let mut sum = 0.0;
-        for ((here, &reference), &place) in self.positions.iter_mut().zip(&self.reference).zip(&self.order) {
-            let carried = if B::FLOWS { carry * reference } else { reference };
+        for ((here, &reference), &place) in self
+            .positions
+            .iter_mut()
+            .zip(&self.reference)
+            .zip(&self.order)
+        {
+            let carried = if B::FLOWS {
+                carry * reference
+            } else {
+                reference
+            };
             let moved = lattice.rounded(frame.positions[place as usize] - carried);
             *here = carried + moved;
             let d2 = moved.length_squared();
             sum += d2;
             if d2 > largest[1] {
-                largest = if d2 > largest[0] { [d2, largest[0]] } else { [largest[0], d2] };
+                largest = if d2 > largest[0] {
+                    [d2, largest[0]]
+                } else {
+                    [largest[0], d2]
+                };
             }
         }
         if B::FLOWS {
@@ -122,8 +142,12 @@ impl VerletList {
                 *now = carry * then;
             }
         }
-        let stretch = if B::FLOWS { least_singular_value(carry) } else { 1.0 };
-        let clear = stretch * (cutoff + self.skin) - largest[0].sqrt() - largest[1].sqrt();
+        let stretch = if B::FLOWS {
+            least_singular_value(carry)
+        } else {
+            1.0
+        };
+        let clear = stretch * self.range(cutoff) - largest[0].sqrt() - largest[1].sqrt();
         sum.is_finite() && clear >= cutoff
     }
 
@@ -132,14 +156,15 @@ impl VerletList {
         if let Some(particle) = frame.positions.iter().position(|r| !r.is_finite()) {
             return Err(not_finite(particle, frame.positions[particle]));
         }
-        let grid = Grid::new(frame.boundary.lattice(), cutoff + self.skin, frame.len());
+        let grid = Grid::new(frame.boundary.lattice(), self.range(cutoff), frame.len());
         self.sorting.sort(&grid, frame.positions);
         self.order.clone_from(&self.sorting.order);
         self.reference.clone_from(&self.sorting.sorted);
         self.positions.clone_from(&self.sorting.sorted);
         let shifts = grid.shifts();
         self.shifts.clone_from(&shifts);
-        self.blocks.resize_with(number_of_blocks(frame.len()), Block::default);
+        self.blocks
+            .resize_with(number_of_blocks(frame.len()), Block::default);
         let (count, sorting) = (self.blocks.len(), &self.sorting);
         let arch = pulp::Arch::new();
         each_block(&mut self.blocks, |b, block| {
@@ -241,7 +266,10 @@ impl Grid {
         const CUT: DVec3 = DVec3::new(1.0, 1.0, 4.0);
         let widths = lattice.widths();
         let most = (4 * particles + 64) as f64;
-        let mut cells = (widths / range * CUT).floor().min(DVec3::splat(1e6)).max(DVec3::ONE);
+        let mut cells = (widths / range * CUT)
+            .floor()
+            .min(DVec3::splat(1e6))
+            .max(DVec3::ONE);
         let wanted = cells.element_product();
         if wanted > most {
             cells = (cells * libm::cbrt(most / wanted)).floor().max(DVec3::ONE);
@@ -273,7 +301,8 @@ impl Grid {
 
     #[inline(always)]
     fn index(&self, cell: IVec3) -> usize {
-        ((cell.x as usize * self.cells.y as usize) + cell.y as usize) * self.cells.z as usize + cell.z as usize
+        ((cell.x as usize * self.cells.y as usize) + cell.y as usize) * self.cells.z as usize
+            + cell.z as usize
     }
 
     /// Where the lattice vector that belongs to an image stands in the table of shifts.
@@ -410,14 +439,23 @@ impl Block {
             across.clear();
             let highest = cell.z + grid.reach.z;
             for column in &columns {
-                let lowest = if column.own { cell.z } else { cell.z - grid.reach.z };
+                let lowest = if column.own {
+                    cell.z
+                } else {
+                    cell.z - grid.reach.z
+                };
                 let mut c = lowest;
                 while c <= highest {
                     let (wrapped, image_c) = wrap_cell(c, grid.cells.z);
                     let last = highest.min(c - wrapped + grid.cells.z - 1);
                     let from = sorting.starts[column.first_cell + wrapped as usize] as usize;
-                    let to = sorting.starts[column.first_cell + (last - c + wrapped) as usize + 1] as usize;
-                    let from = if column.own && c == cell.z { i + 1 } else { from };
+                    let to = sorting.starts[column.first_cell + (last - c + wrapped) as usize + 1]
+                        as usize;
+                    let from = if column.own && c == cell.z {
+                        i + 1
+                    } else {
+                        from
+                    };
                     let image = column.image.with_z(image_c);
                     if image == IVec3::ZERO {
                         self.gather(grid, sorting, i, DVec3::ZERO, from..to);
@@ -432,7 +470,6 @@ impl Block {
                 let start = self.used;
                 let shift = grid.basis * -image.as_dvec3();
                 self.gather(grid, sorting, i, shift, candidates);
-                self.drop_own_image(i, start);
                 self.close_row(i, grid.shift_index(image), start);
             }
         }
@@ -441,7 +478,14 @@ impl Block {
 
     /// Appends the candidates in range. Every one is written; only those in range are kept.
     #[inline(always)]
-    fn gather(&mut self, grid: &Grid, sorting: &Sorting, i: usize, shift: DVec3, candidates: Range<usize>) {
+    fn gather(
+        &mut self,
+        grid: &Grid,
+        sorting: &Sorting,
+        i: usize,
+        shift: DVec3,
+        candidates: Range<usize>,
+    ) {
         const RUN: usize = 32;
         let here = sorting.sorted[i] + shift;
         let limit = grid.range * grid.range;
@@ -449,7 +493,11 @@ impl Block {
         let mut from = candidates.start;
         while from < candidates.end {
             let to = candidates.end.min(from + RUN);
-            let (x, y, z) = (&sorting.x[from..to], &sorting.y[from..to], &sorting.z[from..to]);
+            let (x, y, z) = (
+                &sorting.x[from..to],
+                &sorting.y[from..to],
+                &sorting.z[from..to],
+            );
             for (((square, x), y), z) in squares.iter_mut().zip(x).zip(y).zip(z) {
                 let (dx, dy, dz) = (here.x - x, here.y - y, here.z - z);
                 *square = dx * dx + dy * dy + dz * dz;
@@ -465,14 +513,6 @@ impl Block {
             }
             self.used += found;
             from = to;
-        }
-    }
-
-    /// A particle is no neighbour of its own image.
-    fn drop_own_image(&mut self, i: usize, start: usize) {
-        if let Some(k) = self.js[start..self.used].iter().position(|&j| j as usize == i) {
-            self.js.copy_within(start + k + 1..self.used, start + k);
-            self.used -= 1;
         }
     }
 
