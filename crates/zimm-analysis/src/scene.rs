@@ -1,0 +1,158 @@
+//! What the tests need: a tilted cell that shears, and random numbers.
+
+use zimm_core::noise::{Domain, Noise};
+use zimm_core::{
+    BondForce, Boundary, Clock, DMat3, DVec3, IVec3, Lattice, Particles, Periodic, Remap, System,
+};
+
+/// Independent normal and uniform numbers, the same ones in every run.
+pub(crate) struct Random {
+    seed: u64,
+    drawn: u32,
+}
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self { seed, drawn: 0 }
+    }
+
+    fn next(&mut self, domain: u32) -> (zimm_core::noise::Site, Domain) {
+        self.drawn += 1;
+        (
+            Noise::new(self.seed, 0).site(self.drawn),
+            Domain::user(domain),
+        )
+    }
+
+    pub(crate) fn normal(&mut self) -> f64 {
+        let (site, domain) = self.next(1);
+        site.normal(domain)
+    }
+
+    pub(crate) fn normal3(&mut self) -> DVec3 {
+        let (site, domain) = self.next(2);
+        site.normal3(domain)
+    }
+
+    /// Uniform in [0, 1).
+    pub(crate) fn uniform(&mut self) -> f64 {
+        let (site, domain) = self.next(3);
+        (site.word(domain) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in a cell.
+    pub(crate) fn within(&mut self, cell: DMat3) -> DVec3 {
+        cell * DVec3::new(self.uniform(), self.uniform(), self.uniform())
+    }
+}
+
+/// A lattice carried by the shear u = rate y, its basis reduced at all times.
+#[derive(Clone, Debug)]
+pub(crate) struct Cell {
+    start: DMat3,
+    rate: f64,
+    time: f64,
+    lattice: Lattice,
+}
+
+impl Cell {
+    pub(crate) fn new(basis: DMat3, rate: f64) -> Self {
+        let lattice = Lattice::new(basis).unwrap();
+        Self {
+            start: basis,
+            rate,
+            time: 0.0,
+            lattice,
+        }
+    }
+
+    pub(crate) fn cube(edge: f64) -> Self {
+        Self::new(DMat3::from_diagonal(DVec3::splat(edge)), 0.0)
+    }
+
+    /// A Lees-Edwards brick: the image above is `offset` further along x.
+    pub(crate) fn lees_edwards(edges: DVec3, offset: f64) -> Self {
+        let mut basis = DMat3::from_diagonal(edges);
+        basis.y_axis.x = offset;
+        Self::new(basis, 0.0)
+    }
+}
+
+impl Boundary for Cell {
+    const FLOWS: bool = true;
+
+    fn min_image(&self, dr: DVec3) -> DVec3 {
+        self.lattice.nearest(dr)
+    }
+
+    fn wrap(&self, r: DVec3) -> (DVec3, IVec3) {
+        self.lattice.fold(r)
+    }
+
+    fn reach(&self) -> f64 {
+        0.5 * self.lattice.shortest()
+    }
+
+    fn carry(&self, from: f64, to: f64) -> DMat3 {
+        let mut carry = DMat3::IDENTITY;
+        carry.y_axis.x = self.rate * (to - from);
+        carry
+    }
+
+    fn advance(&mut self, to: f64) -> Remap {
+        let carried = self.carry(self.time, to) * self.lattice.basis();
+        self.lattice = Lattice::new(self.carry(0.0, to) * self.start).unwrap();
+        self.time = to;
+        Remap::between(carried, &self.lattice)
+    }
+
+    fn cell(&self) -> Option<DMat3> {
+        Some(self.lattice.basis())
+    }
+}
+
+impl Periodic for Cell {
+    fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+}
+
+/// F = -H Q.
+pub(crate) struct Hooke(pub(crate) f64);
+
+impl BondForce for Hooke {
+    fn force(&self, _: f64) -> f64 {
+        -self.0
+    }
+
+    fn energy(&self, r2: f64) -> f64 {
+        0.5 * self.0 * r2
+    }
+}
+
+/// A system with time step 1 and kT = 1.
+pub(crate) fn system<B: Boundary>(boundary: B, particles: Particles) -> System<B> {
+    System::new(boundary, particles, Clock::new(1.0, 1.0, 0).unwrap())
+}
+
+/// A system of particles at these positions.
+pub(crate) fn at<B: Boundary>(boundary: B, positions: Vec<DVec3>) -> System<B> {
+    system(boundary, Particles::new(positions).unwrap())
+}
+
+/// Moves every particle with the flow through one time step and by a displacement of its own, and wraps it.
+pub(crate) fn step<B: Boundary>(system: &mut System<B>, mut displacement: impl FnMut() -> DVec3) {
+    let from = system.clock.now().time;
+    system.clock.tick();
+    let to = system.clock.now().time;
+    let carry = system.boundary.carry(from, to);
+    let remap = system.boundary.advance(to);
+    let columns = system.particles.columns_mut();
+    for (k, r) in columns.positions.iter_mut().enumerate() {
+        let (wrapped, count) = system.boundary.wrap(carry * *r + displacement());
+        *r = wrapped;
+        if let Some(image) = columns.images.get_mut(k) {
+            *image = remap.apply(*image) + count;
+        }
+    }
+}
