@@ -25,6 +25,7 @@
 //! r_ij = r_i - r_j. Units are those of the scene; DPD takes r_c = m = kT = 1.
 
 pub mod noise;
+#[cfg(feature = "start")]
 pub mod start;
 
 mod bonded;

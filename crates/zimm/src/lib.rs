@@ -12,6 +12,7 @@
 //! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin |
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
 //! | `rayon` | | threads, with the same bits as without |
+//! | `start` | | random initial states |
 //!
 //! The README holds a scene of 25 lines; the crates' own pages explain each part of it.
 
@@ -40,6 +41,13 @@ pub mod prelude {
 }
 
 /// The README's scene, compiled and run.
-#[cfg(all(doctest, feature = "forces", feature = "boundary", feature = "integrators", feature = "analysis"))]
+#[cfg(all(
+    doctest,
+    feature = "forces",
+    feature = "boundary",
+    feature = "integrators",
+    feature = "analysis",
+    feature = "start"
+))]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
