@@ -209,8 +209,10 @@ pub enum StepError {
         /// The reason.
         source: ForceError,
     },
-    /// A particle would leave the step with a state that is not finite.
-    #[error("step {step}: the new state of particle {particle} is not finite (force {force:?})")]
+    /// A particle would leave the step with a state that is not finite, or too large to be wrapped.
+    #[error(
+        "step {step}: the new state of particle {particle} is not finite or too large (force {force:?})"
+    )]
     NotFinite {
         /// The step that failed.
         step: u64,

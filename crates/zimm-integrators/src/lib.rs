@@ -2,7 +2,7 @@
 //!
 //! | scheme | equations of motion | order in the time step |
 //! | --- | --- | --- |
-//! | [`GrootWarren`] | Newton in peculiar velocities (SLLOD), with friction and noise in the forces | 2 without noise |
+//! | [`GrootWarren`] | Newton in peculiar velocities (SLLOD), with friction and noise in the forces | 2, with friction 1 |
 //! | [`Langevin`] | the same, with friction against the flow and noise on every particle | 2 |
 //!
 //! Velocities are peculiar, `c = v - kappa r`, and both schemes solve
