@@ -8,6 +8,7 @@
 //! | --- | --- | --- |
 //! | stress, pressure, what they are made of | [`Stress`] | [`BlockAverage`], [`BlockAverages`] |
 //! | viscosity, normal stress coefficients | [`Stress`] | [`Viscometer`] |
+//! | one viscosity for any homogeneous flow | [`Stress`] | [`FlowViscosity`] |
 //! | drag of a bead, from sheared dumbbells | [`Stress`], [`BondStatistics`] | [`GiesekusDrag`] |
 //! | viscosity and relaxation modulus at rest | [`Stress`] | [`GreenKubo`] |
 //! | temperature of velocities | [`KineticTemperature`] | [`BlockAverage`] |
@@ -44,6 +45,7 @@ mod chain;
 mod configurational_temperature;
 mod end_to_end;
 mod error;
+mod flow_viscosity;
 mod giesekus_drag;
 mod green_kubo;
 mod gyration;
@@ -66,6 +68,7 @@ pub use bonds::{BondMoments, BondStatistics};
 pub use configurational_temperature::ConfigurationalTemperature;
 pub use end_to_end::EndToEnd;
 pub use error::AnalysisError;
+pub use flow_viscosity::FlowViscosity;
 pub use giesekus_drag::{Drag, GiesekusDrag};
 pub use green_kubo::{GreenKubo, Relaxation};
 pub use gyration::{GyrationTensor, SquaredRadius};
