@@ -33,7 +33,7 @@ fn parts(criterion: &mut Criterion) {
             bencher.iter(|| forces.evaluate_with_new_list());
         });
         group.bench_function(BenchmarkId::new("step", particles), |bencher| {
-            let (mut system, mut field) = scene::equilibrated(edge);
+            let (mut system, mut field) = scene::equilibrated(scene::cube(edge));
             let mut stepper = GrootWarren::new(0.65).expect("legal lambda");
             bencher.iter(|| {
                 stepper

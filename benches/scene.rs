@@ -8,12 +8,12 @@ pub(crate) const DENSITY: f64 = 3.0;
 /// A skin that suits it at dt = 0.04.
 pub(crate) const SKIN: f64 = 0.45;
 
-/// The fluid in a cubic cell, from random positions and thermal velocities.
-pub(crate) fn fluid(edge: f64) -> System<PeriodicBox> {
-    let boundary = PeriodicBox::cubic(edge).expect("legal box");
-    let count = (DENSITY * edge.powi(3)).round() as usize;
+/// The fluid in a cell, from random positions and thermal velocities.
+pub(crate) fn fluid<B: Periodic>(boundary: B) -> System<B> {
+    let lattice = *boundary.lattice();
+    let count = (DENSITY * lattice.volume()).round() as usize;
     let mut rng = start::stream(1);
-    let positions = start::uniform(boundary.lattice(), count, &mut rng);
+    let positions = start::uniform(&lattice, count, &mut rng);
     let particles = Particles::new(positions).expect("finite positions");
     let velocities = start::velocities(&particles, 1.0, &mut rng).expect("legal temperature");
     let particles = particles
@@ -26,6 +26,11 @@ pub(crate) fn fluid(edge: f64) -> System<PeriodicBox> {
     )
 }
 
+/// A cube at rest.
+pub(crate) fn cube(edge: f64) -> PeriodicBox {
+    PeriodicBox::cubic(edge).expect("legal box")
+}
+
 /// The DPD law of the fluid with a Verlet list.
 pub(crate) fn field() -> Pairwise<Dpd, VerletList> {
     let law = Dpd::new(25.0, 4.5).expect("legal parameters");
@@ -33,8 +38,8 @@ pub(crate) fn field() -> Pairwise<Dpd, VerletList> {
 }
 
 /// The fluid after enough steps to forget its start.
-pub(crate) fn equilibrated(edge: f64) -> (System<PeriodicBox>, Pairwise<Dpd, VerletList>) {
-    let (mut system, mut field) = (fluid(edge), field());
+pub(crate) fn equilibrated<B: Periodic>(boundary: B) -> (System<B>, Pairwise<Dpd, VerletList>) {
+    let (mut system, mut field) = (fluid(boundary), field());
     let mut stepper = GrootWarren::new(0.65).expect("legal lambda");
     for _ in 0..100 {
         stepper
@@ -54,7 +59,7 @@ pub(crate) struct Forces<L> {
 impl<L: PairForce> Forces<L> {
     /// A law in a cell of the given edge.
     pub(crate) fn new(edge: f64, law: L) -> Self {
-        let (system, _) = equilibrated(edge);
+        let (system, _) = equilibrated(cube(edge));
         let forces = vec![DVec3::ZERO; system.particles.len()];
         let field = Pairwise::new(law, VerletList::new(SKIN).expect("legal skin"));
         Self {

@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn dpd(options: &Options) -> Result<(), Box<dyn Error>> {
     let edge = (f64::from(options.particles) / scene::DENSITY).cbrt();
-    let (mut system, mut field) = (scene::fluid(edge), scene::field());
+    let (mut system, mut field) = (scene::fluid(scene::cube(edge)), scene::field());
     let mut stepper = GrootWarren::new(0.65)?;
     for _ in 0..300 {
         stepper.step(&mut system, &mut field, &mut ())?;

@@ -36,7 +36,7 @@ fn series(a: DMat3) -> DMat3 {
 }
 
 /// Sum of magnitudes: a norm that bounds products, and that lets no NaN pass.
-fn size(m: DMat3) -> f64 {
+pub(crate) fn size(m: DMat3) -> f64 {
     m.to_cols_array().iter().map(|x| x.abs()).sum()
 }
 

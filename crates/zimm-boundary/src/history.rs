@@ -1,25 +1,31 @@
-//! How a shear goes on in time.
+//! How a flow goes on in time.
 
 mod cessation;
 mod oscillation;
 mod start_up;
 mod steady;
 mod step_strain;
+mod then;
 
 pub use cessation::Cessation;
 pub use oscillation::Oscillation;
 pub use start_up::StartUp;
 pub use steady::Steady;
 pub use step_strain::StepStrain;
+pub use then::Then;
 
-/// A shear as a function of time.
+/// A flow of fixed shape K as a function of time: kappa(t) = rate(t) K carries by exp(strain(t) K).
+///
+/// What the strain measures is said by the flow: displacement along x per length along y in shear, the logarithm of
+/// the stretch (Hencky strain) in extension. Since the shape is fixed, a flow that stops, starts again or changes its
+/// rate keeps its lattice.
 ///
 /// An implementation guarantees that the strain is the integral of the rate, in closed form, that both are finite at
 /// finite times, and that they are pure functions: time may be asked for in any order. A rate that jumps has the value
 /// after the jump at the time of the jump.
 ///
 /// ```
-/// use zimm_boundary::ShearHistory;
+/// use zimm_boundary::FlowHistory;
 ///
 /// /// A rate that grows in proportion to time.
 /// #[derive(Clone)]
@@ -27,7 +33,7 @@ pub use step_strain::StepStrain;
 ///     acceleration: f64,
 /// }
 ///
-/// impl ShearHistory for Ramp {
+/// impl FlowHistory for Ramp {
 ///     fn strain(&self, time: f64) -> f64 {
 ///         0.5 * self.acceleration * time * time
 ///     }
@@ -40,16 +46,16 @@ pub use step_strain::StepStrain;
 /// let ramp = Ramp { acceleration: 0.5 };
 /// assert_eq!((ramp.strain(2.0), ramp.rate(2.0)), (1.0, 1.0));
 /// ```
-pub trait ShearHistory: Clone + Send + Sync {
-    /// The strain at a time: displacement along x per length along y, from the state in which the cell is a brick.
+pub trait FlowHistory: Clone + Send + Sync {
+    /// The strain at a time, from the state in which the cell is as its constructor tells.
     fn strain(&self, time: f64) -> f64;
 
-    /// The shear rate at a time, in inverse time.
+    /// The rate at a time, in inverse time.
     fn rate(&self, time: f64) -> f64;
 }
 
-/// No shear: the null history.
-impl ShearHistory for () {
+/// No flow: the null history.
+impl FlowHistory for () {
     fn strain(&self, _: f64) -> f64 {
         0.0
     }
@@ -65,7 +71,7 @@ mod tests {
     use zimm_core::ParameterError;
 
     /// The integral of the rate by Simpson's rule, jumps of the rate only at the ends of panels.
-    fn integral(history: &impl ShearHistory, from: f64, to: f64) -> f64 {
+    fn integral(history: &impl FlowHistory, from: f64, to: f64) -> f64 {
         let panels = 64;
         let h = (to - from) / f64::from(panels);
         let mut sum = 0.0;
@@ -83,7 +89,7 @@ mod tests {
     /// would show at 1e-2.
     #[test]
     fn law_strain_is_the_integral_of_the_rate() -> Result<(), ParameterError> {
-        fn check(history: &impl ShearHistory) {
+        fn check(history: &impl FlowHistory) {
             for (from, to) in [(0.0, 1.0), (-2.0, 0.0), (1.0, 3.0), (0.25, 0.75)] {
                 let change = history.strain(to) - history.strain(from);
                 let error = change - integral(history, from, to);
@@ -95,6 +101,9 @@ mod tests {
         check(&StartUp::new(1.3, 1.0)?);
         check(&Cessation::new(1.3, 1.0)?);
         check(&Oscillation::new(0.8, 2.5)?);
+        let backwards = Then::new(Steady::new(1.3)?, 1.0, Steady::new(-0.4)?)?;
+        check(&backwards);
+        check(&Then::new(backwards, 0.5, ())?);
         Ok(())
     }
 
@@ -111,6 +120,9 @@ mod tests {
         assert_eq!(step.strain(2.0), 0.0);
         assert_eq!(step.strain(2.0_f64.next_up()), 0.5);
         assert_eq!((step.rate(2.0), step.rate(3.0)), (0.0, 0.0));
+        let change = Then::new(Steady::new(0.5)?, 2.0, Steady::new(3.0)?)?;
+        assert_eq!((change.rate(before), change.rate(2.0)), (0.5, 3.0));
+        assert_eq!((change.strain(2.0), change.strain(3.0)), (1.0, 4.0));
         let wave = Oscillation::new(0.5, 2.0)?;
         assert_eq!((wave.strain(0.0), wave.rate(0.0)), (0.0, 1.0));
         Ok(())
@@ -119,10 +131,11 @@ mod tests {
     #[test]
     fn extreme_parameters_are_refused_by_name() {
         for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            assert_eq!(Steady::new(x).unwrap_err().name, "shear rate");
-            assert_eq!(StartUp::new(x, 0.0).unwrap_err().name, "shear rate");
+            assert_eq!(Then::new((), x, ()).unwrap_err().name, "time of change");
+            assert_eq!(Steady::new(x).unwrap_err().name, "rate");
+            assert_eq!(StartUp::new(x, 0.0).unwrap_err().name, "rate");
             assert_eq!(StartUp::new(1.0, x).unwrap_err().name, "time of start");
-            assert_eq!(Cessation::new(x, 0.0).unwrap_err().name, "shear rate");
+            assert_eq!(Cessation::new(x, 0.0).unwrap_err().name, "rate");
             assert_eq!(Cessation::new(1.0, x).unwrap_err().name, "time of end");
             assert_eq!(StepStrain::new(x, 0.0).unwrap_err().name, "strain");
             assert_eq!(StepStrain::new(1.0, x).unwrap_err().name, "time of step");
@@ -138,8 +151,11 @@ mod tests {
         // Products that overflow are refused as well.
         let frozen = Cessation::new(1e200, 1e200).unwrap_err();
         assert_eq!(frozen.name, "strain at the end");
+        let long = Steady::new(1e200).unwrap();
+        let change = Then::new(long, 1e200, ()).unwrap_err();
+        assert_eq!(change.name, "strain at the change");
         let peak = Oscillation::new(1e200, 1e200).unwrap_err();
-        assert_eq!(peak.name, "largest shear rate");
+        assert_eq!(peak.name, "largest rate");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A brick that flows in shear.
 
-use crate::history::ShearHistory;
+use crate::history::FlowHistory;
 use zimm_core::{Boundary, DMat3, DVec3, IVec3, Lattice, LatticeError, Periodic, Remap};
 
 /// Lees-Edwards boundaries as a lattice flow: u_x = rate(t) y, gradient along y, vorticity along z.
@@ -29,7 +29,7 @@ use zimm_core::{Boundary, DMat3, DVec3, IVec3, Lattice, LatticeError, Periodic, 
 /// let mut space = LeesEdwards::new(DVec3::new(10.0, 5.0, 8.0), Steady::new(0.1)?)?;
 /// space.advance(17.0);
 /// assert!((space.tilt() + 1.5).abs() < 1e-15); // 0.1 * 17 * 5 = 8.5, one L_x taken off
-/// assert_eq!(space.least_reach(), 2.5);
+/// assert_eq!(space.min_image_distance(), 5.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub struct LeesEdwards<H> {
     lattice: Lattice,
 }
 
-impl<H: ShearHistory> LeesEdwards<H> {
+impl<H: FlowHistory> LeesEdwards<H> {
     /// A brick of the given edges, of any aspect ratio, sheared as `history` tells; it stands at time zero.
     ///
     /// # Errors
@@ -59,6 +59,14 @@ impl<H: ShearHistory> LeesEdwards<H> {
         })
     }
 
+    /// The smallest box in which a cutoff fits at every strain: a cube of twice the cutoff.
+    ///
+    /// # Errors
+    /// If the cutoff is not finite and above zero, or the strain at time zero is not finite.
+    pub fn box_for_cutoff(cutoff: f64, history: H) -> Result<Self, LatticeError> {
+        Self::new(DVec3::splat(2.0 * cutoff), history)
+    }
+
     /// The history of the shear.
     pub fn history(&self) -> &H {
         &self.history
@@ -69,16 +77,16 @@ impl<H: ShearHistory> LeesEdwards<H> {
         tilt(self.history.strain(self.time), self.edges)
     }
 
-    /// The smallest [`reach`](Boundary::reach) at any strain: half the shortest edge. A cutoff below it fits always.
+    /// The closest that two images ever come: the shortest edge. A cutoff up to half of it fits at every strain.
     ///
     /// Images in the same row are multiples of L_x and L_z away, as at rest; those in the n-th row above or below are
     /// at least n L_y away, and just that at whole strains. So shear never brings images closer than the brick does.
-    pub fn least_reach(&self) -> f64 {
-        0.5 * self.edges.min_element()
+    pub fn min_image_distance(&self) -> f64 {
+        self.edges.min_element()
     }
 }
 
-impl<H: ShearHistory> Boundary for LeesEdwards<H> {
+impl<H: FlowHistory> Boundary for LeesEdwards<H> {
     const FLOWS: bool = true;
 
     #[inline(always)]
@@ -121,7 +129,7 @@ impl<H: ShearHistory> Boundary for LeesEdwards<H> {
     }
 }
 
-impl<H: ShearHistory> Periodic for LeesEdwards<H> {
+impl<H: FlowHistory> Periodic for LeesEdwards<H> {
     fn lattice(&self) -> &Lattice {
         &self.lattice
     }

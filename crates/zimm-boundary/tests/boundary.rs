@@ -5,161 +5,124 @@
     reason = "a test may panic, and so may its helpers"
 )]
 
-mod laws;
-
 use proptest::prelude::*;
 use zimm_boundary::{
-    Cessation, LeesEdwards, OpenFlow, Oscillation, PeriodicBox, ShearHistory, StartUp, Steady,
-    StepStrain,
+    Cessation, FlowHistory, KraynikReinelt, LatticeFlow, LeesEdwards, OpenFlow, Oscillation,
+    PeriodicBox, PlanarMixed, StartUp, Steady, StepStrain, Then, TriaxialFlow, UniaxialExtension,
+    laws,
 };
 use zimm_core::{Boundary, DMat3, DVec3, IVec3, Remap};
 
-fn vector(limit: f64) -> impl Strategy<Value = DVec3> {
-    proptest::array::uniform3(-limit..limit).prop_map(DVec3::from_array)
-}
-
-fn edges() -> impl Strategy<Value = DVec3> {
-    proptest::array::uniform3(2.0..20.0).prop_map(DVec3::from_array)
-}
-
-fn gradient() -> impl Strategy<Value = DMat3> {
-    proptest::array::uniform9(-0.5..0.5).prop_map(|entries| DMat3::from_cols_array(&entries))
-}
-
-fn triclinic() -> impl Strategy<Value = PeriodicBox> {
-    let basis =
-        proptest::array::uniform9(-8.0..8.0).prop_map(|entries| DMat3::from_cols_array(&entries));
-    basis
-        .prop_filter("spans a volume", |h| h.determinant().abs() > 10.0)
-        .prop_map(|h| PeriodicBox::triclinic(h).unwrap())
-}
-
-/// What the laws are tried with.
-#[derive(Clone, Debug)]
-struct Trial {
-    times: [f64; 3],
-    r: DVec3,
-    s: DVec3,
-    count: IVec3,
-}
-
-fn trial(latest: f64) -> impl Strategy<Value = Trial> {
-    let times = proptest::array::uniform3(0.0..latest);
-    let count = proptest::array::uniform3(-1000..1000).prop_map(IVec3::from_array);
-    (times, vector(100.0), vector(100.0), count).prop_map(|(times, r, s, count)| Trial {
-        times,
-        r,
-        s,
-        count,
-    })
-}
-
-/// All laws but those that need a smooth flow.
-fn obeys<B: Boundary>(space: &B, trial: &Trial) {
-    let &Trial { times, r, s, count } = trial;
-    let [a, b, c] = times;
-    laws::carries_compose(space, times);
-    laws::state_is_a_function_of_time(space, times, count);
-    laws::images_are_carried(space, a, b);
-    laws::volume_is_carried(space, a, c);
-    laws::counts_follow(space, &times, r);
-    laws::pairs_ride_the_flow(space, b, c, [r, s]);
-    let now = laws::at(space, b);
-    laws::wrapping_is_invisible(&now, r, s);
-    laws::reach_is_half_the_shortest_vector(&now, s);
+/// All laws, and the promise about images, up to a time.
+fn holds<F, H>(space: &LatticeFlow<F, H>, until: f64, trial: &laws::Trial, share: f64)
+where
+    F: Clone + Send + Sync,
+    H: FlowHistory,
+{
+    laws::obeys(space, until, trial);
+    laws::reach_is_at_least(space, share * until, 0.5 * space.min_image_distance());
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
-
     #[test]
-    fn law_open_flow(kappa in gradient(), trial in trial(3.0)) {
-        let space = OpenFlow::new(kappa).unwrap();
-        obeys(&space, &trial);
-        laws::gradient_is_the_rate_of_the_carry(&space, trial.times[0]);
+    fn law_open_flow(kappa in laws::gradient(0.5), trial in laws::trial()) {
+        laws::obeys(&OpenFlow::new(kappa).unwrap(), 3.0, &trial);
     }
 
     #[test]
-    fn law_brick_at_rest(edges in edges(), trial in trial(100.0)) {
-        obeys(&PeriodicBox::brick(edges).unwrap(), &trial);
+    fn law_brick_at_rest(edges in laws::edges(), trial in laws::trial()) {
+        laws::obeys(&PeriodicBox::brick(edges).unwrap(), 100.0, &trial);
     }
 
     #[test]
-    fn law_triclinic_at_rest(space in triclinic(), trial in trial(100.0)) {
-        obeys(&space, &trial);
-        laws::gradient_is_the_rate_of_the_carry(&space, trial.times[0]);
+    fn law_triclinic_at_rest(basis in laws::basis(), trial in laws::trial()) {
+        laws::obeys(&PeriodicBox::triclinic(basis).unwrap(), 100.0, &trial);
     }
 
     #[test]
-    fn law_steady_shear(edges in edges(), rate in -10.0..10.0, trial in trial(100.0)) {
-        let space = LeesEdwards::new(edges, Steady::new(rate).unwrap()).unwrap();
-        obeys(&space, &trial);
-        laws::gradient_is_the_rate_of_the_carry(&space, trial.times[0]);
+    fn law_lees_edwards(space in laws::lees_edwards(), trial in laws::trial(), share in 0.0..1.0) {
+        laws::obeys(&space, 100.0, &trial);
+        laws::reach_is_at_least(&space, 100.0 * share, 0.5 * space.min_image_distance());
     }
 
     #[test]
-    fn law_start_up_and_cessation(edges in edges(), rate in -3.0..3.0, at in 0.0..20.0, trial in trial(20.0)) {
-        obeys(&LeesEdwards::new(edges, StartUp::new(rate, at).unwrap()).unwrap(), &trial);
-        obeys(&LeesEdwards::new(edges, Cessation::new(rate, at).unwrap()).unwrap(), &trial);
+    fn law_kraynik_reinelt(space in laws::kraynik_reinelt(), trial in laws::trial(), share in 0.0..1.0) {
+        holds(&space, 100.0, &trial, share);
     }
 
     #[test]
-    fn law_step_strain(edges in edges(), strain in -10.0..10.0, at in 0.0..20.0, trial in trial(20.0)) {
-        obeys(&LeesEdwards::new(edges, StepStrain::new(strain, at).unwrap()).unwrap(), &trial);
+    fn law_planar_mixed(space in laws::planar_mixed(), trial in laws::trial(), share in 0.0..1.0) {
+        holds(&space, 100.0, &trial, share);
     }
 
     #[test]
-    fn law_oscillation(edges in edges(), amplitude in 0.0..5.0, omega in 0.1..5.0, trial in trial(20.0)) {
-        let space = LeesEdwards::new(edges, Oscillation::new(amplitude, omega).unwrap()).unwrap();
-        obeys(&space, &trial);
-        laws::gradient_is_the_rate_of_the_carry(&space, trial.times[0]);
+    fn law_uniaxial(space in laws::uniaxial(), trial in laws::trial(), share in 0.0..1.0) {
+        holds(&space, 100.0, &trial, share);
     }
 
-    /// A thousand steps with dozens of remaps on the way.
     #[test]
-    fn law_counts_follow_on_a_long_way(edges in edges(), rate in -10.0..10.0, r in vector(1000.0)) {
-        let times: Vec<f64> = (0..1000).map(|step| f64::from(step) * 0.01).collect();
-        laws::counts_follow(&LeesEdwards::new(edges, Steady::new(rate).unwrap()).unwrap(), &times, r);
-        laws::counts_follow(&LeesEdwards::new(edges, Oscillation::new(rate, 2.0).unwrap()).unwrap(), &times, r);
-    }
-
-    /// Every remap between strains 0 and 6 is closed in on until 1e-9 of strain is left. The laws then hold to 1e-9 of
-    /// the edges, where an image lost or a velocity shifted would show as a whole L_x or rate L_y.
-    #[test]
-    fn law_pairs_feel_no_remap(edges in edges(), rate in 0.5..2.0, r in vector(30.0), s in vector(30.0)) {
-        let space = LeesEdwards::new(edges, Steady::new(rate).unwrap()).unwrap();
-        let steps = 600;
-        let time = |step: i32| 6.0 / rate * f64::from(step) / f64::from(steps);
-        let mut remaps = 0;
-        for step in 0..steps {
-            if let Some([before, after]) = close_in(&space, time(step), time(step + 1)) {
-                remaps += 1;
-                laws::pairs_ride_the_flow(&space, before, after, [r, s]);
-                let near = space.reach() * (s - r).normalize();
-                laws::pairs_ride_the_flow(&space, before, after, [r, r + 0.9 * near]);
-            }
-        }
-        // At each strain of (k + 1/2) L_x / L_y the tilt is folded, and the basis changes.
-        let folds = (6.0 * edges.y / edges.x + 0.5).floor();
-        prop_assert!(f64::from(remaps) >= folds.min(100.0), "{remaps} remaps, {folds} folds");
+    fn law_triaxial(space in laws::triaxial(), trial in laws::trial(), share in 0.0..1.0) {
+        holds(&space, 100.0, &trial, share);
     }
 }
 
-/// Two times, 1e-9 apart in strain, between which the basis changes, if it does between the times given.
-fn close_in(space: &LeesEdwards<Steady>, mut from: f64, mut to: f64) -> Option<[f64; 2]> {
-    let changes = |from, to| laws::at(space, from).advance(to) != Remap::None;
-    if !changes(from, to) {
-        return None;
+/// Every history in shear and in the flows of each kind of lattice.
+fn with_history<H: FlowHistory>(history: &H, edges: DVec3, trial: &laws::Trial, share: f64) {
+    let until = 20.0;
+    laws::obeys(
+        &LeesEdwards::new(edges, history.clone()).unwrap(),
+        until,
+        trial,
+    );
+    let planar = KraynikReinelt::new(edges.x, edges.z, history.clone()).unwrap();
+    holds(&planar, until, trial, share);
+    let mixed = PlanarMixed::new(edges.x, edges.z, 0.1, history.clone()).unwrap();
+    holds(&mixed, until, trial, share);
+    let uniaxial = UniaxialExtension::new(edges.x, history.clone()).unwrap();
+    holds(&uniaxial, until, trial, share);
+    let stretch = DVec3::new(0.6, -1.0, 0.4);
+    let triaxial = TriaxialFlow::new(edges.x, stretch, DMat3::IDENTITY, history.clone()).unwrap();
+    holds(&triaxial, until, trial, share);
+}
+
+proptest! {
+    #[test]
+    fn law_histories(
+        edges in laws::edges(),
+        rate in -3.0..3.0,
+        at in 0.0..20.0,
+        omega in 0.1..5.0,
+        trial in laws::trial(),
+        share in 0.0..1.0,
+    ) {
+        let steady = Steady::new(rate).unwrap();
+        with_history(&(), edges, &trial, share);
+        with_history(&StartUp::new(rate, at).unwrap(), edges, &trial, share);
+        with_history(&Cessation::new(rate, at).unwrap(), edges, &trial, share);
+        with_history(&StepStrain::new(rate, at).unwrap(), edges, &trial, share);
+        with_history(&Oscillation::new(rate, omega).unwrap(), edges, &trial, share);
+        with_history(&Then::new(steady, at, Steady::new(omega).unwrap()).unwrap(), edges, &trial, share);
     }
-    while space.history().strain(to - from) > 1e-9 {
-        let middle = 0.5 * (from + to);
-        if changes(from, middle) {
-            to = middle;
-        } else {
-            from = middle;
-        }
+
+    /// A thousand steps with dozens of remaps on the way: of shear up to a strain of 100, of the others up to 10, which
+    /// stretches by 2e4.
+    #[test]
+    fn law_counts_follow_on_a_long_way(
+        shear in laws::lees_edwards(),
+        planar in laws::kraynik_reinelt(),
+        mixed in laws::planar_mixed(),
+        uniaxial in laws::uniaxial(),
+        triaxial in laws::triaxial(),
+        r in laws::vector(20.0),
+    ) {
+        let times: Vec<f64> = (0..=1000).map(|step| 0.001 * f64::from(step)).collect();
+        let times_of = |last: f64| -> Vec<f64> { times.iter().map(|t| last * t).collect() };
+        laws::counts_follow(&shear, &times_of(10.0), r);
+        laws::counts_follow(&planar, &times, r);
+        laws::counts_follow(&mixed, &times, r);
+        laws::counts_follow(&uniaxial, &times, r);
+        laws::counts_follow(&triaxial, &times_of(0.5), r);
     }
-    Some([from, to])
 }
 
 /// A shear of rate 1 in a cube of 4, wrong in one respect.
@@ -169,7 +132,7 @@ struct Wrong {
     fault: Fault,
 }
 
-#[derive(Clone, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 enum Fault {
     Nothing,
     RemapLost,
@@ -231,21 +194,29 @@ impl Boundary for Wrong {
     }
 }
 
-/// Times with one remap between the second and the third.
-fn plain_trial() -> Trial {
-    Trial {
-        times: [0.1, 0.3, 0.9],
-        r: DVec3::new(5.0, 7.5, -3.0),
-        s: DVec3::new(0.3, 0.1, 0.2),
-        count: IVec3::new(3, -2, 1),
-    }
-}
-
 #[test]
 fn law_the_laws_accept_what_has_no_fault() {
-    let space = Wrong::with(Fault::Nothing);
-    obeys(&space, &plain_trial());
-    laws::gradient_is_the_rate_of_the_carry(&space, 0.3);
+    laws::check_boundary(&Wrong::with(Fault::Nothing), 2.0);
+    laws::check_reach(&Wrong::with(Fault::Nothing), 2.0, 2.0);
+}
+
+/// The checks find each fault by themselves.
+#[test]
+fn law_the_checks_find_every_fault() {
+    for fault in [
+        Fault::RemapLost,
+        Fault::LatticeLags,
+        Fault::GradientOff,
+        Fault::ReachOff,
+        Fault::ImageNotNearest,
+        Fault::PathDependent,
+    ] {
+        let space = Wrong::with(fault);
+        let check = std::panic::catch_unwind(|| laws::check_boundary(&space, 2.0));
+        assert!(check.is_err(), "{:?} went unseen", space.fault);
+    }
+    let promise = || laws::check_reach(&Wrong::with(Fault::Nothing), 2.0, 2.04);
+    assert!(std::panic::catch_unwind(promise).is_err());
 }
 
 #[test]
@@ -273,7 +244,7 @@ fn law_a_lattice_that_lags_is_noticed() {
 #[test]
 #[should_panic = "gradient"]
 fn law_a_gradient_off_by_two_percent_is_noticed() {
-    laws::gradient_is_the_rate_of_the_carry(&Wrong::with(Fault::GradientOff), 0.3);
+    laws::gradient_is_the_rate_of_the_carry(&Wrong::with(Fault::GradientOff), 0.3, 1.0);
 }
 
 #[test]

@@ -6,14 +6,14 @@
 )]
 
 use proptest::prelude::*;
-use zimm_boundary::{LeesEdwards, Oscillation, ShearHistory, StartUp, Steady, StepStrain};
+use zimm_boundary::{FlowHistory, LeesEdwards, Oscillation, StartUp, Steady, StepStrain};
 use zimm_core::{Boundary, DVec3, IVec3, Periodic, Remap};
 
 fn steady(edges: DVec3, rate: f64) -> LeesEdwards<Steady> {
     LeesEdwards::new(edges, Steady::new(rate).unwrap()).unwrap()
 }
 
-fn at<H: ShearHistory>(space: &LeesEdwards<H>, time: f64) -> LeesEdwards<H> {
+fn at<H: FlowHistory>(space: &LeesEdwards<H>, time: f64) -> LeesEdwards<H> {
     let mut space = space.clone();
     space.advance(time);
     space
@@ -101,14 +101,14 @@ proptest! {
 
     /// A scan of 400 strains over a whole period of the lattice against the closed form.
     #[test]
-    fn law_least_reach_is_the_least(edges in [0.5..20.0, 0.5..20.0, 0.5..20.0]) {
+    fn law_min_image_distance_is_the_least(edges in [0.5..20.0, 0.5..20.0, 0.5..20.0]) {
         let edges = DVec3::from_array(edges);
         let space = steady(edges, 1.0);
         let period = edges.x / edges.y;
         let reach = |k: u32| at(&space, period * f64::from(k) / 400.0).reach();
-        let least = (0..=400).map(reach).fold(f64::INFINITY, f64::min);
-        prop_assert!((least / space.least_reach() - 1.0).abs() < 1e-12);
-        prop_assert_eq!(space.reach(), space.least_reach());
+        let least = 2.0 * (0..=400).map(reach).fold(f64::INFINITY, f64::min);
+        prop_assert!((least / space.min_image_distance() - 1.0).abs() < 1e-12);
+        prop_assert_eq!(2.0 * space.reach(), space.min_image_distance());
     }
 }
 
@@ -131,6 +131,23 @@ fn extreme_strain_of_a_million_leaves_the_cell_exact() {
     }
     assert_eq!(walker.lattice(), at(&space, 0.25).lattice());
     assert_eq!(walker.lattice().volume(), 700.0);
+}
+
+/// The deforming brick, whose side goes from -45 to 45 degrees: at the strains 0, 1 and 2 of that the cells are bases of
+/// one lattice, related by [[1, 0], [1, 1]] and [[1, 0], [2, 1]].
+#[test]
+fn reference_brick_at_45_degrees() {
+    let start = steady(DVec3::splat(10.0), 1.0);
+    let cells = [-1.0, 0.0, 1.0].map(|tilt| DVec3::new(10.0 * tilt, 10.0, 0.0));
+    for (strain, n) in [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)] {
+        let space = at(&start, strain);
+        assert_eq!(space.lattice().basis(), start.lattice().basis());
+        let carried = space.carry(0.0, strain) * cells[0];
+        assert_eq!(carried, n * 10.0 * DVec3::X + cells[0]);
+        for cell in cells {
+            assert_eq!(space.min_image(cell), DVec3::ZERO);
+        }
+    }
 }
 
 #[test]
@@ -198,7 +215,7 @@ fn extreme_flat_cells() {
             let volume = space.lattice().volume() / edges.element_product();
             assert!((volume - 1.0).abs() < 1e-7, "{edges}: {volume}");
             assert!(
-                space.reach() >= space.least_reach() * (1.0 - 1e-7),
+                2.0 * space.reach() >= space.min_image_distance() * (1.0 - 1e-7),
                 "{edges}"
             );
         }
@@ -224,7 +241,7 @@ fn extreme_times_leave_a_cell() {
     for time in [1e15, -1e15, 1e100, 1e300] {
         let space = at(&start, time);
         assert!((space.lattice().volume() / 480.0 - 1.0).abs() < 1e-13);
-        assert!(space.reach() >= space.least_reach());
+        assert!(2.0 * space.reach() >= space.min_image_distance());
     }
     // What is not finite, or overflows, leaves the space where it was.
     for time in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
@@ -253,7 +270,7 @@ fn extreme_history_that_is_not_finite() {
     struct Pole {
         at: f64,
     }
-    impl ShearHistory for Pole {
+    impl FlowHistory for Pole {
         fn strain(&self, time: f64) -> f64 {
             (time - self.at).recip()
         }

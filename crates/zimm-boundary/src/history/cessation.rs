@@ -1,7 +1,7 @@
-use super::ShearHistory;
+use super::FlowHistory;
 use zimm_core::ParameterError;
 
-/// Shear at a constant rate, then rest: strain = rate t up to the time `at`, and rate at from then on.
+/// A constant rate, then rest: strain = rate t up to the time `at`, and rate at from then on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cessation {
     rate: f64,
@@ -9,22 +9,22 @@ pub struct Cessation {
 }
 
 impl Cessation {
-    /// Shear at `shear_rate`, in inverse time, up to the time `at`.
+    /// Flow at `rate`, in inverse time, up to the time `at`.
     ///
     /// # Errors
     /// If the rate, the time or the strain at that time is not finite.
-    pub fn new(shear_rate: f64, at: f64) -> Result<Self, ParameterError> {
-        let rate = ParameterError::finite("shear rate", shear_rate)?;
+    pub fn new(rate: f64, at: f64) -> Result<Self, ParameterError> {
+        let rate = ParameterError::finite("rate", rate)?;
         let at = ParameterError::finite("time of end", at)?;
         ParameterError::finite("strain at the end", rate * at)?;
         Ok(Self { rate, at })
     }
 }
 
-impl ShearHistory for Cessation {
+impl FlowHistory for Cessation {
     fn strain(&self, time: f64) -> f64 {
-        let sheared = if time > self.at { self.at } else { time };
-        self.rate * sheared
+        let until = if time > self.at { self.at } else { time };
+        self.rate * until
     }
 
     fn rate(&self, time: f64) -> f64 {

@@ -1,25 +1,25 @@
-use super::ShearHistory;
+use super::FlowHistory;
 use zimm_core::ParameterError;
 
-/// Shear at a constant rate, always: strain = rate t.
+/// A constant rate, always: strain = rate t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steady {
     rate: f64,
 }
 
 impl Steady {
-    /// Shear at `shear_rate`, in inverse time; of either sign.
+    /// Flow at `rate`, in inverse time; of either sign.
     ///
     /// # Errors
     /// If the rate is not finite.
-    pub fn new(shear_rate: f64) -> Result<Self, ParameterError> {
+    pub fn new(rate: f64) -> Result<Self, ParameterError> {
         Ok(Self {
-            rate: ParameterError::finite("shear rate", shear_rate)?,
+            rate: ParameterError::finite("rate", rate)?,
         })
     }
 }
 
-impl ShearHistory for Steady {
+impl FlowHistory for Steady {
     fn strain(&self, time: f64) -> f64 {
         self.rate * time
     }

@@ -1,12 +1,12 @@
-use super::ShearHistory;
+use super::FlowHistory;
 use zimm_core::ParameterError;
 
 /// Rest, a sudden strain just after the time `at`, rest again.
 ///
 /// The rate is zero throughout, so nothing streams and the gradient never shows the jump. The deformation between two
-/// times does: the one step that contains the jump displaces every particle and the lattice by `x += strain y`, as one.
-/// SLLOD dynamics, integrated through the pulse, also takes `strain c_y` off each peculiar velocity `c_x`; a stepper
-/// that moves velocities by the deformation does so, one that moves them by the gradient leaves them alone. A step
+/// times does: the one step that contains the jump displaces every particle and the lattice by exp(strain K), as one.
+/// SLLOD dynamics, integrated through the pulse, also carries peculiar velocities by the inverse; a stepper that moves
+/// velocities by the deformation does so, one that moves them by the gradient leaves them alone. A step
 /// that begins at `at` contains the jump, so a jump at time zero falls into the first step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepStrain {
@@ -27,7 +27,7 @@ impl StepStrain {
     }
 }
 
-impl ShearHistory for StepStrain {
+impl FlowHistory for StepStrain {
     fn strain(&self, time: f64) -> f64 {
         if time > self.at { self.strain } else { 0.0 }
     }
