@@ -77,6 +77,18 @@ pub enum AnalysisError {
         /// Half the shortest lattice vector.
         reach: f64,
     },
+    /// A particle that moved so far between two measurements that its way is ambiguous.
+    #[error(
+        "particle {particle} moved by {distance} between two measurements; at most {most} can be followed"
+    )]
+    TooFar {
+        /// Identity of the particle.
+        particle: usize,
+        /// How far its nearest image moved.
+        distance: f64,
+        /// A quarter of the shortest lattice vector.
+        most: f64,
+    },
     /// A direction along which the cell does not repeat with the period given.
     #[error(
         "a lattice vector spans {periods} periods of {period} along the axis; it must be a whole number"

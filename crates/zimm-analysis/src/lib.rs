@@ -16,7 +16,7 @@
 //! | size and shape of molecules | [`GyrationTensor`], [`SquaredRadius`], [`EndToEnd`] | [`BlockAverage`] |
 //! | stretch and orientation of bonds | [`BondStatistics`] | [`BlockAverage`] |
 //! | structure of the fluid | [`RadialDistribution`] | [`BlockAverages`] |
-//! | diffusion of particles or molecules | [`Unwrapped`], [`CentresOfMass`] | [`MeanSquareDisplacement`] |
+//! | diffusion of particles or molecules | [`Unwrapped`], [`CentresOfMass`]; in a flow [`NonAffine`] | [`MeanSquareDisplacement`] |
 //! | density, velocity, temperature across the cell | [`Profile`] | [`ProfileAverage`] |
 //!
 //! Every estimate is a [`Mean`]. Its error is either known ([`StandardError::Plateau`]) or bounded from below
@@ -52,6 +52,7 @@ mod gyration;
 mod kinetic_temperature;
 mod mean;
 mod mean_square_displacement;
+mod non_affine;
 mod pairs;
 mod profile;
 mod radial_distribution;
@@ -75,6 +76,7 @@ pub use gyration::{GyrationTensor, SquaredRadius};
 pub use kinetic_temperature::{KineticTemperature, Temperature};
 pub use mean::{Mean, StandardError};
 pub use mean_square_displacement::{Diffusion, MeanSquareDisplacement, periodic_correction};
+pub use non_affine::NonAffine;
 pub use profile::{Layer, LayerMeans, Profile, ProfileAverage};
 pub use radial_distribution::RadialDistribution;
 pub use ratio_average::RatioAverage;

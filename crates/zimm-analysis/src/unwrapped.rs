@@ -8,7 +8,7 @@ use zimm_core::{Boundary, DVec3, Frame, Molecules, Observable};
 ///
 /// This is what a mean square displacement is made of: no drift, no images. A scene with a cell must count images
 /// ([`Particles::counting_images`](zimm_core::Particles::counting_images)). In a flow, images are those of the lattice
-/// as it is now, and displacements are physical across the flow only.
+/// as it is now, and displacements are physical across the flow only; [`NonAffine`](crate::NonAffine) serves there.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwrapped;
 

@@ -9,7 +9,12 @@ use crate::{FlowError, LatticeFlow, PlanarMap};
 /// A square turned by the magic angle, atan((sqrt 5 - 1) / 2) = 31.7 degrees to the axis of extension, is the same
 /// lattice again after a Hencky strain of ln((3 + sqrt 5) / 2) = 0.962. Images never come closer than
 /// (4 / 5)^(1/4) = 0.946 of its edge. Other squares and lattices return as well, see [`PlanarMap`]; none keeps images
-/// further apart. The cell along z is a matter of taste.
+/// further apart.
+///
+/// The neutral edge L_z should be short. Extension stretches vortices: a velocity along the contracting axis that varies
+/// along z grows at the rate of the flow less nu (2 pi / L_z)^2, with nu the kinematic viscosity, in the equations as
+/// in nature. Where that is above zero the fluid stirs itself, and pressure and stress are no longer those of
+/// homogeneous flow. Planar mixed flow does the same at its extension rate.
 ///
 /// The strain of the history is the Hencky strain. A negative rate contracts along x.
 ///

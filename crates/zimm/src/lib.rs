@@ -8,7 +8,7 @@
 //! | --- | --- | --- |
 //! | always | [`core`] | particles, lattices, neighbour lists, addressed noise, the traits |
 //! | `forces` | [`forces`] | DPD, Lennard-Jones, springs, body forces |
-//! | `boundary` | [`boundary`] | open flows, periodic boxes, Lees-Edwards shear |
+//! | `boundary` | [`boundary`] | open flows, periodic boxes, shear, extension, mixed flow |
 //! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin |
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
 //! | `rayon` | | threads, with the same bits as without |
