@@ -1,0 +1,300 @@
+//! What the run has found: table, CSV, JSON.
+
+use crate::reference;
+use serde_json::{Map, Value, json};
+use zimm::prelude::*;
+
+/// The results at one shear rate, in DPD units unless a comment says otherwise.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    /// Shear rate.
+    pub(crate) rate: f64,
+    /// Deborah number, lambda_H times the rate, with the bead friction of all rates together.
+    pub(crate) deborah: f64,
+    /// Standard error of the Deborah number.
+    pub(crate) deborah_error: f64,
+    /// Viscosity of the solution.
+    pub(crate) viscosity: Mean,
+    /// First normal stress coefficient of the solution.
+    pub(crate) psi1: Mean,
+    /// Polymer viscosity over n kT lambda_H.
+    pub(crate) polymer_viscosity: Mean,
+    /// First normal stress coefficient of the polymer over n kT lambda_H^2.
+    pub(crate) polymer_psi1: Mean,
+    /// <Q^2> / Q_0^2.
+    pub(crate) extension: Mean,
+    /// Kinetic temperature.
+    pub(crate) temperature: Mean,
+    /// Bead friction as this rate alone shows it.
+    pub(crate) friction: Mean,
+    /// Wall time.
+    pub(crate) seconds: f64,
+}
+
+impl Row {
+    fn means(&self) -> [(&'static str, Mean); 7] {
+        [
+            ("viscosity", self.viscosity),
+            ("psi1", self.psi1),
+            ("polymer_viscosity", self.polymer_viscosity),
+            ("polymer_psi1", self.polymer_psi1),
+            ("extension", self.extension),
+            ("temperature", self.temperature),
+            ("friction", self.friction),
+        ]
+    }
+
+    /// Every number under its name. Errors are standard errors; those of `unsettled` quantities are lower bounds.
+    fn record(&self) -> Vec<(String, Value)> {
+        let theory = reference::dumbbell(self.deborah);
+        let mut record = vec![
+            ("method".into(), json!("dpd")),
+            ("flow".into(), json!("shear")),
+            ("rate".into(), json!(self.rate)),
+            ("deborah".into(), json!(self.deborah)),
+            ("deborah_error".into(), json!(self.deborah_error)),
+        ];
+        for (name, mean) in self.means() {
+            record.push((name.into(), json!(mean.value)));
+            record.push((format!("{name}_error"), json!(mean.at_least())));
+        }
+        let unsettled = self
+            .means()
+            .into_iter()
+            .filter(|(_, mean)| mean.standard_error().is_none());
+        let unsettled: Vec<_> = unsettled.map(|(name, _)| name).collect();
+        record.extend([
+            (
+                "theory_polymer_viscosity".into(),
+                json!(theory.map(|t| t.viscosity)),
+            ),
+            ("theory_polymer_psi1".into(), json!(theory.map(|t| t.psi1))),
+            (
+                "theory_extension".into(),
+                json!(theory.map(|t| t.extension)),
+            ),
+            ("seconds".into(), json!(self.seconds)),
+            ("unsettled".into(), json!(unsettled)),
+        ]);
+        record
+    }
+}
+
+/// One JSON object and the end of the line.
+pub(crate) fn json_line(row: &Row) -> String {
+    Value::from(Map::from_iter(row.record())).to_string() + "\n"
+}
+
+/// All rows as comma-separated values under a line of names; what there is not is left empty.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut lines = Vec::new();
+    for row in rows {
+        let (names, values): (Vec<_>, Vec<_>) = row.record().into_iter().unzip();
+        if lines.is_empty() {
+            lines.push(names.join(","));
+        }
+        let words: Vec<_> = values.iter().map(word).collect();
+        lines.push(words.join(","));
+    }
+    lines.join("\n") + "\n"
+}
+
+fn word(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        Value::Array(entries) => entries.iter().map(word).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
+    }
+}
+
+/// The table and how to read it.
+pub(crate) fn summary(rows: &[Row], friction: Mean, relaxation: Mean) -> String {
+    let (friction, relaxation) = (with_error(friction), with_error(relaxation));
+    format!(
+        "{table}
+bead friction zeta = {friction} m/tau, lambda_H = zeta / 4H = {relaxation} tau
+(from Kramers = Giesekus at all rates together; De and the starred columns are in its units)
+theory: beads that do not interact, by the Fokker-Planck equation (De <= 10) or Brownian dynamics
+errors: 0.912(12) is 0.912 +- 0.012; (>12): the run is too short, the error may be larger
+",
+        table = table(rows)
+    )
+}
+
+fn table(rows: &[Row]) -> String {
+    let names = [
+        "rate",
+        "De",
+        "eta",
+        "Psi_1",
+        "eta_p*",
+        "theory",
+        "Psi_1p*",
+        "theory",
+        "<Q^2>/Q_0^2",
+        "theory",
+        "T",
+    ];
+    let units = [
+        "1/tau",
+        "",
+        "kT tau/r_c^3",
+        "kT tau^2/r_c^3",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "",
+        "kT",
+    ];
+    let mut cells = vec![names.map(String::from), units.map(String::from)];
+    for row in rows {
+        let theory = reference::dumbbell(row.deborah);
+        let theory = |part: fn(&reference::Dumbbell) -> f64, digits| {
+            theory
+                .as_ref()
+                .map_or_else(String::new, |all| format!("{:.digits$}", part(all)))
+        };
+        cells.push([
+            row.rate.to_string(),
+            format!("{:.3}", row.deborah),
+            with_error(row.viscosity),
+            with_error(row.psi1),
+            with_error(row.polymer_viscosity),
+            theory(|t| t.viscosity, 3),
+            with_error(row.polymer_psi1),
+            theory(|t| t.psi1, 3),
+            with_error(row.extension),
+            theory(|t| t.extension, 4),
+            with_error(row.temperature),
+        ]);
+    }
+    aligned(&cells)
+}
+
+/// A value with its error in units of the last digits: 0.0563(4) is 0.0563 +- 0.0004. A lower bound of the error is
+/// marked: 0.0563(>4).
+pub(crate) fn with_error(mean: Mean) -> String {
+    let (value, error) = (mean.value, mean.at_least());
+    if !(error > 0.0 && error.is_finite()) {
+        return format!("{value:.4}");
+    }
+    let exponent = error.log10().floor() as i32;
+    let two_digits = i32::from(error < 1.95 * 10.0_f64.powi(exponent));
+    let decimals = (two_digits - exponent).max(0) as usize;
+    let mark = if mean.standard_error().is_some() {
+        ""
+    } else {
+        ">"
+    };
+    if exponent < 0 {
+        let last_digits = error * 10.0_f64.powi(decimals as i32);
+        format!("{value:.decimals$}({mark}{last_digits:.0})")
+    } else {
+        format!("{value:.decimals$}({mark}{error:.decimals$})")
+    }
+}
+
+/// Columns flush right, two blanks apart.
+fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let widths: [usize; N] = std::array::from_fn(width);
+    let line = |row: &[String; N]| {
+        let cells: Vec<_> = row
+            .iter()
+            .zip(widths)
+            .map(|(cell, width)| format!("{cell:>width$}"))
+            .collect();
+        cells.join("  ").trim_end().to_string() + "\n"
+    };
+    rows.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(value: f64, error: f64) -> Mean {
+        let error = StandardError::Plateau {
+            error,
+            uncertainty: 0.1 * error,
+        };
+        Mean { value, error }
+    }
+
+    fn row() -> Row {
+        let mean = known(1.25, 0.03);
+        Row {
+            rate: 0.1,
+            deborah: 0.2,
+            deborah_error: 0.01,
+            viscosity: mean,
+            psi1: Mean {
+                error: StandardError::AtLeast(0.5),
+                ..mean
+            },
+            polymer_viscosity: mean,
+            polymer_psi1: mean,
+            extension: mean,
+            temperature: mean,
+            friction: mean,
+            seconds: 1.5,
+        }
+    }
+
+    #[test]
+    fn law_errors_stand_in_the_last_digits() {
+        let cases = [
+            (0.05634, 0.00042, "0.0563(4)"),
+            (0.9123, 0.0124, "0.912(12)"),
+            (2.35, 0.97, "2.4(10)"),
+            (-3.21, 1.4, "-3.2(1.4)"),
+            (512.4, 37.0, "512(37)"),
+            (1.0, 0.0, "1.0000"),
+        ];
+        for (value, error, text) in cases {
+            assert_eq!(with_error(known(value, error)), text);
+        }
+        let short = Mean {
+            value: 0.9123,
+            error: StandardError::AtLeast(0.03),
+        };
+        assert_eq!(with_error(short), "0.91(>3)");
+    }
+
+    #[test]
+    fn law_every_format_marks_what_is_not_settled() {
+        let line: Value = serde_json::from_str(&json_line(&row())).unwrap();
+        assert_eq!(line["method"], "dpd");
+        assert_eq!(
+            (&line["viscosity"], &line["viscosity_error"]),
+            (&json!(1.25), &json!(0.03))
+        );
+        assert_eq!(line["unsettled"], json!(["psi1"]));
+        assert!(table(&[row()]).contains("1.2(>5)"));
+        let csv = csv(&[row(), row()]);
+        let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| line.len() == lines[0].len()));
+        assert_eq!(
+            (lines[0].last(), lines[1].last()),
+            (Some(&"unsettled"), Some(&"psi1"))
+        );
+    }
+
+    #[test]
+    fn law_theory_is_left_blank_where_there_is_none() {
+        let far = Row {
+            deborah: 1e3,
+            ..row()
+        };
+        let line: Value = serde_json::from_str(&json_line(&far)).unwrap();
+        assert_eq!(line["theory_extension"], Value::Null);
+        assert!(csv(&[far]).contains(",,,"));
+        let table = table(&[far]);
+        let lengths: Vec<_> = table.lines().map(str::len).collect();
+        assert_eq!(lengths[0], lengths[2]);
+    }
+}

@@ -1,0 +1,101 @@
+//! From samples to material functions.
+
+use crate::measure::Sample;
+use crate::report::Row;
+use crate::{KT, LIMIT, Problem, transient};
+use zimm::prelude::*;
+
+/// A sheared run and what was measured in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Run {
+    /// Shear rate.
+    pub(crate) rate: f64,
+    /// All samples, the transient's among them.
+    pub(crate) samples: Vec<Sample>,
+}
+
+impl Run {
+    fn steady(&self) -> impl Iterator<Item = &Sample> {
+        let transient = transient(self.rate);
+        self.samples
+            .iter()
+            .filter(move |sample| sample.step > transient)
+    }
+
+    fn average(&self, part: impl Fn(&Sample) -> f64) -> Result<Mean, AnalysisError> {
+        let mut average = BlockAverage::new();
+        self.steady().for_each(|sample| average.push(part(sample)));
+        average.estimate()
+    }
+
+    fn functions(&self, part: impl Fn(&Sample) -> DMat3) -> Result<ShearFunctions, Problem> {
+        let mut viscometer = Viscometer::new(self.rate)?;
+        self.steady()
+            .for_each(|sample| viscometer.push(part(sample)));
+        Ok(viscometer.estimate()?)
+    }
+
+    /// Viscosity of the solution, for those who watch.
+    pub(crate) fn viscosity(&self) -> Result<Mean, Problem> {
+        Ok(self.functions(|sample| sample.stress)?.viscosity)
+    }
+
+    /// Friction of a bead by comparing Kramers' and Giesekus' stress.
+    fn friction(&self) -> Result<Mean, Problem> {
+        let mut drag = GiesekusDrag::new(self.rate, KT)?;
+        self.steady()
+            .for_each(|sample| drag.push([sample.tension, sample.stretch]));
+        Ok(drag.estimate()?.shear)
+    }
+
+    /// The results, for dumbbells of this relaxation time lambda_H.
+    pub(crate) fn row(&self, relaxation: Mean) -> Result<Row, Problem> {
+        let solution = self.functions(|sample| sample.stress)?;
+        let polymer = self.functions(|sample| sample.tension)?;
+        let lambda = relaxation.value;
+        let squared_length = |sample: &Sample| {
+            let q = sample.stretch;
+            q.x_axis.x + q.y_axis.y + q.z_axis.z
+        };
+        Ok(Row {
+            rate: self.rate,
+            deborah: lambda * self.rate,
+            deborah_error: relaxation.at_least() * self.rate,
+            viscosity: solution.viscosity,
+            psi1: solution.psi1,
+            polymer_viscosity: polymer.viscosity.times(1.0 / (KT * lambda)),
+            polymer_psi1: polymer.psi1.times(1.0 / (KT * lambda * lambda)),
+            extension: self.average(squared_length)?.times(1.0 / (LIMIT * LIMIT)),
+            temperature: self.average(|sample| sample.temperature)?,
+            friction: self.friction()?,
+            seconds: self.samples.last().map_or(0.0, |sample| sample.seconds),
+        })
+    }
+}
+
+/// The friction of a bead from all runs, each weighted by the inverse square of its error.
+pub(crate) fn common_friction(runs: &[Run]) -> Result<Mean, Problem> {
+    let each: Vec<Mean> = runs.iter().map(Run::friction).collect::<Result<_, _>>()?;
+    let weight = |mean: &Mean| mean.at_least().powi(-2);
+    let total: f64 = each.iter().map(weight).sum();
+    let value = each
+        .iter()
+        .map(|mean| weight(mean) * mean.value)
+        .sum::<f64>()
+        / total;
+    let error = total.sqrt().recip();
+    if value.is_nan() || value < 4.0 * error {
+        let why = "it has to be four errors above zero; longer runs or higher rates would help";
+        return Err(format!("the friction of a bead is {value:.3} +- {error:.3}: {why}").into());
+    }
+    let settled = each.iter().all(|mean| mean.standard_error().is_some());
+    let error = if settled {
+        StandardError::Plateau {
+            error,
+            uncertainty: 0.0,
+        }
+    } else {
+        StandardError::AtLeast(error)
+    };
+    Ok(Mean { value, error })
+}
