@@ -1,5 +1,6 @@
 //! One viscosity for every homogeneous flow.
 
+use crate::tensor::contract;
 use crate::{AnalysisError, BlockAverage, Mean};
 use zimm_core::{DMat3, Estimator, ParameterError};
 
@@ -61,11 +62,6 @@ impl Estimator for FlowViscosity {
     fn estimate(&self) -> Self::Estimate {
         self.average.estimate()
     }
-}
-
-/// a : b, the sum of products of all components.
-fn contract(a: DMat3, b: DMat3) -> f64 {
-    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
 }
 
 #[cfg(test)]

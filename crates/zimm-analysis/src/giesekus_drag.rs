@@ -1,16 +1,18 @@
-//! The drag coefficient of a bead, from dumbbells in steady shear.
+//! The drag coefficient of a bead, from dumbbells in a steady flow.
 
-use crate::tensor::trace;
+use crate::tensor::{contract, trace};
 use crate::{AnalysisError, Mean, RatioAverage};
 use zimm_core::{DMat3, Estimator, ParameterError};
 
-/// The drag coefficient zeta of a bead from dumbbells in steady shear u = rate y e_x, by comparing Kramers' stress
-/// with Giesekus', tau_p = (n zeta / 4) `<QQ>_(1)` (Bird, Curtiss, Armstrong and Hassager 1987, sec. 13.3):
+/// The drag coefficient zeta of a bead from dumbbells in a steady homogeneous flow u = kappa r, by comparing Kramers'
+/// stress with Giesekus', tau_p = (n zeta / 4) `<QQ>_(1)` (Bird, Curtiss, Armstrong and Hassager 1987, sec. 13.3):
 ///
 /// ```text
-/// zeta = 4 <F_x Q_y> / (rate <Q_y Q_y>)          from the shear component
-/// zeta = 2 (<F . Q> - 3 kT) / (rate <Q_x Q_y>)   from the trace
+/// zeta = 2 <QF> : A / (kappa <QQ> : A)                  along the deformation, A = kappa + kappa^T
+/// zeta = 2 (<F . Q> - 3 kT) / tr(kappa <QQ>)            from the trace
 /// ```
+///
+/// In shear of a rate these are 4 <F_x Q_y> / (rate <Q_y Q_y>) and 2 (<F . Q> - 3 kT) / (rate <Q_x Q_y>).
 ///
 /// Q is the connector and F the whole force in it: the spring's tension and, with a minus sign, whatever repulsion
 /// acts between the two beads. Both hold for any spring; they agree when the drag is isotropic and constant.
@@ -20,32 +22,37 @@ use zimm_core::{DMat3, Estimator, ParameterError};
 /// [`BondMoments::stretch`](crate::BondMoments::stretch).
 #[derive(Clone, Debug)]
 pub struct GiesekusDrag {
-    rate: f64,
+    gradient: DMat3,
     kt: f64,
-    shear: RatioAverage,
+    deformation: RatioAverage,
     trace: RatioAverage,
 }
 
 /// The drag coefficient by two routes, in mass over time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drag {
-    /// From the shear component.
-    pub shear: Mean,
+    /// From the components along the deformation.
+    pub deformation: Mean,
     /// From the trace.
     pub trace: Mean,
 }
 
 impl GiesekusDrag {
-    /// For this shear rate and thermal energy.
+    /// For this velocity gradient, traceless, and thermal energy.
     ///
     /// # Errors
-    /// If the rate is zero or not finite, or `kt` is not above zero.
-    pub fn new(rate: f64, kt: f64) -> Result<Self, ParameterError> {
-        ParameterError::positive("magnitude of the shear rate", rate.abs())?;
+    /// If the gradient deforms nothing, changes the volume or is not finite, or `kt` is not above zero.
+    pub fn new(gradient: DMat3, kt: f64) -> Result<Self, ParameterError> {
+        let a = gradient + gradient.transpose();
+        let square = ParameterError::positive("square of the rate of deformation", contract(a, a))?;
+        let growth = trace(&gradient);
+        if growth.abs() > 1e-10 * square.sqrt() {
+            return Err(ParameterError::new("trace of the gradient", growth, "zero"));
+        }
         Ok(Self {
-            rate,
+            gradient,
             kt: ParameterError::positive("kt", kt)?,
-            shear: RatioAverage::new(),
+            deformation: RatioAverage::new(),
             trace: RatioAverage::new(),
         })
     }
@@ -56,16 +63,17 @@ impl Estimator for GiesekusDrag {
     type Estimate = Result<Drag, AnalysisError>;
 
     fn push(&mut self, [qf, qq]: [DMat3; 2]) {
+        let a = self.gradient + self.gradient.transpose();
+        let carried = self.gradient * qq;
+        self.deformation
+            .push([2.0 * contract(qf, a), contract(carried, a)]);
         let work = trace(&qf) - 3.0 * self.kt;
-        let symmetric = |m: DMat3| 0.5 * (m.y_axis.x + m.x_axis.y);
-        self.shear
-            .push([4.0 * symmetric(qf), self.rate * qq.y_axis.y]);
-        self.trace.push([2.0 * work, self.rate * symmetric(qq)]);
+        self.trace.push([2.0 * work, trace(&carried)]);
     }
 
     fn estimate(&self) -> Self::Estimate {
         Ok(Drag {
-            shear: self.shear.estimate()?,
+            deformation: self.deformation.estimate()?,
             trace: self.trace.estimate()?,
         })
     }
@@ -103,19 +111,37 @@ mod tests {
                     DVec3::new(0.0, 0.0, z),
                 )
             };
-            let mut drag = GiesekusDrag::new(rate, 1.0).unwrap();
+            let shear = DMat3::from_cols(DVec3::ZERO, rate * DVec3::X, DVec3::ZERO);
+            let mut drag = GiesekusDrag::new(shear, 1.0).unwrap();
             for _ in 0..2 {
                 drag.push([tensor(xx, 1.0, 1.0, xy), tensor(0.0, qyy, 0.0, qxy)]);
             }
-            let Drag { shear, trace } = drag.estimate().unwrap();
-            approx::assert_relative_eq!(shear.value, 4.0, max_relative = 1e-12);
+            let Drag { deformation, trace } = drag.estimate().unwrap();
+            approx::assert_relative_eq!(deformation.value, 4.0, max_relative = 1e-12);
             approx::assert_relative_eq!(trace.value, 4.0, max_relative = 1e-12);
         }
     }
 
+    // Hookean dumbbells in planar extension at De = 0.3 in the same units: <xx> = 1 / (1 - 2 De), <yy> = 1 / (1 + 2 De),
+    // <zz> = 1, and F = Q.
     #[test]
-    fn extreme_dumbbells_that_are_not_sheared_have_no_drag() {
-        let mut drag = GiesekusDrag::new(0.1, 1.0).unwrap();
+    fn limit_hookean_dumbbells_in_extension() {
+        let de = 0.3;
+        let extension = DMat3::from_diagonal(DVec3::new(de, -de, 0.0));
+        let stretch = DVec3::new(1.0 / (1.0 - 2.0 * de), 1.0 / (1.0 + 2.0 * de), 1.0);
+        let mut drag = GiesekusDrag::new(extension, 1.0).unwrap();
+        for _ in 0..2 {
+            drag.push([DMat3::from_diagonal(stretch); 2]);
+        }
+        let Drag { deformation, trace } = drag.estimate().unwrap();
+        approx::assert_relative_eq!(deformation.value, 4.0, max_relative = 1e-12);
+        approx::assert_relative_eq!(trace.value, 4.0, max_relative = 1e-12);
+    }
+
+    #[test]
+    fn extreme_dumbbells_that_are_not_deformed_have_no_drag() {
+        let shear = DMat3::from_cols(DVec3::ZERO, 0.1 * DVec3::X, DVec3::ZERO);
+        let mut drag = GiesekusDrag::new(shear, 1.0).unwrap();
         for _ in 0..2 {
             drag.push([DMat3::IDENTITY, DMat3::IDENTITY]);
         }
@@ -123,7 +149,8 @@ mod tests {
             drag.estimate(),
             Err(AnalysisError::Denominator { .. })
         ));
-        assert!(GiesekusDrag::new(0.0, 1.0).is_err());
-        assert!(GiesekusDrag::new(1.0, 0.0).is_err());
+        assert!(GiesekusDrag::new(DMat3::ZERO, 1.0).is_err());
+        assert!(GiesekusDrag::new(DMat3::IDENTITY, 1.0).is_err());
+        assert!(GiesekusDrag::new(shear, 0.0).is_err());
     }
 }

@@ -9,7 +9,7 @@
 //! | stress, pressure, what they are made of | [`Stress`] | [`BlockAverage`], [`BlockAverages`] |
 //! | viscosity, normal stress coefficients | [`Stress`] | [`Viscometer`] |
 //! | one viscosity for any homogeneous flow | [`Stress`] | [`FlowViscosity`] |
-//! | drag of a bead, from sheared dumbbells | [`Stress`], [`BondStatistics`] | [`GiesekusDrag`] |
+//! | drag of a bead, from dumbbells in a flow | [`Stress`], [`BondStatistics`] | [`GiesekusDrag`] |
 //! | viscosity and relaxation modulus at rest | [`Stress`] | [`GreenKubo`] |
 //! | temperature of velocities | [`KineticTemperature`] | [`BlockAverage`] |
 //! | temperature of positions | [`ConfigurationalTemperature`] | [`RatioAverage`] |

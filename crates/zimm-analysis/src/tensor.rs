@@ -11,3 +11,8 @@ pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
 pub(crate) fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
+
+/// a : b, the sum of products of all components.
+pub(crate) fn contract(a: DMat3, b: DMat3) -> f64 {
+    a.x_axis.dot(b.x_axis) + a.y_axis.dot(b.y_axis) + a.z_axis.dot(b.z_axis)
+}

@@ -382,7 +382,10 @@ pub fn edges() -> impl Strategy<Value = DVec3> {
 
 /// Three vectors that span a volume, in any shape, tilt and handedness.
 pub fn basis() -> impl Strategy<Value = DMat3> {
-    matrix_of(8.0).prop_filter("spans a volume", |h| h.determinant().abs() > 10.0)
+    (frame(), edges(), oblique()).prop_map(|(frame, edges, oblique)| {
+        let brick = DMat3::from_diagonal(edges);
+        frame * oblique * brick
+    })
 }
 
 /// A velocity gradient with entries up to a limit; of any kind, also one that changes volume.
@@ -392,15 +395,25 @@ pub fn gradient(limit: f64) -> impl Strategy<Value = DMat3> {
 
 /// Three axes that are perpendicular to each other, of either handedness.
 pub fn frame() -> impl Strategy<Value = DMat3> {
-    let spans = |m: &DMat3| m.determinant().abs() > 0.05;
-    matrix_of(1.0)
-        .prop_filter("spans a volume", spans)
-        .prop_map(|m| {
-            let a = m.x_axis.normalize();
-            let b = m.y_axis.reject_from_normalized(a).normalize();
-            let c = a.cross(b);
-            DMat3::from_cols(a, b, if m.determinant() < 0.0 { -c } else { c })
-        })
+    let angles = proptest::array::uniform3(0.0..std::f64::consts::TAU);
+    (angles, proptest::bool::ANY).prop_map(|([a, b, c], mirrored)| {
+        let turned =
+            DMat3::from_rotation_z(a) * DMat3::from_rotation_x(b) * DMat3::from_rotation_z(c);
+        let last = if mirrored {
+            -turned.z_axis
+        } else {
+            turned.z_axis
+        };
+        DMat3::from_cols(turned.x_axis, turned.y_axis, last)
+    })
+}
+
+/// Axes of volume 1 at angles down to some 20 degrees to each other.
+pub fn oblique() -> impl Strategy<Value = DMat3> {
+    vector(1.5).prop_map(|shear| {
+        let second = DVec3::new(shear.x, 1.0, 0.0);
+        DMat3::from_cols(DVec3::X, second, DVec3::new(shear.y, shear.z, 1.0))
+    })
 }
 
 /// A rate of either sign, up to 10 per time.
@@ -408,9 +421,9 @@ pub fn rate() -> impl Strategy<Value = Steady> {
     (-10.0..10.0).prop_filter_map("finite", |rate| Steady::new(rate).ok())
 }
 
-/// A mixedness between 1e-4 and 1, small ones as likely as large ones.
+/// A mixedness between 1e-3 and 1, small ones as likely as large ones.
 pub fn mixedness() -> impl Strategy<Value = f64> {
-    (0.0_f64..4.0).prop_map(|power| libm::pow(10.0, -power))
+    (0.0_f64..3.0).prop_map(|power| libm::pow(10.0, -power))
 }
 
 /// Any shear cell.
@@ -451,12 +464,12 @@ pub fn uniaxial() -> impl Strategy<Value = UniaxialExtension<Steady>> {
 
 /// Any extension along any three axes, oblique ones among them.
 pub fn triaxial() -> impl Strategy<Value = TriaxialFlow<Steady>> {
-    let axes = matrix_of(1.0).prop_filter("not in a plane", |m| m.determinant().abs() > 0.1);
-    (edges(), vector(1.0), axes, rate()).prop_filter_map(
+    (edges(), vector(1.0), oblique(), rate(), frame()).prop_filter_map(
         "a cell",
-        |(edges, stretch, axes, rate)| {
+        |(edges, stretch, axes, rate, frame)| {
             let stretch = DVec3::new(stretch.x, stretch.y, -(stretch.x + stretch.y));
-            TriaxialFlow::new(edges.x, stretch, axes, rate).ok()
+            let space = TriaxialFlow::new(edges.x, stretch, axes, rate);
+            space.ok()?.oriented(frame).ok()
         },
     )
 }

@@ -836,3 +836,21 @@ fn extreme_times_and_steps() {
     assert_eq!(walked.cell(), stepped.cell());
     assert_eq!(remap.apply(IVec3::new(1, -1, 2)), count);
 }
+
+/// Almost shear, down to the least mixedness that is allowed: periods of up to 3600 strains, through which the cell is
+/// exact to 1e-8 only. The set of images goes on, and images keep apart as promised.
+#[test]
+fn extreme_almost_shear() {
+    for mixedness in [1e-4, 1e-5] {
+        let space = PlanarMixed::new(10.0, 10.0, mixedness, Steady::new(1.0).unwrap()).unwrap();
+        let period = space.map().hencky_period() / mixedness.sqrt();
+        for step in 0..3000 {
+            let time = period * f64::from(step) / 1000.0;
+            let (now, then) = (at(&space, time), at(&space, time + 0.4));
+            let carried = space.carry(time, time + 0.4) * now.lattice().basis();
+            assert_same_lattice(then.lattice().basis(), carried, 1e-8);
+            assert!((now.lattice().volume() / 1000.0 - 1.0).abs() < 1e-8);
+            assert!(2.0 * now.reach() > space.min_image_distance() * (1.0 - 1e-8));
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! The space that particles live in, and the homogeneous flow that carries it.
 
 use crate::Lattice;
-use glam::{DMat3, DVec3, I64Vec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 
 /// The space particles live in, and the homogeneous flow `u = kappa r` that carries it.
 ///
@@ -81,9 +81,13 @@ impl Remap {
         match self {
             Self::None => count,
             Self::Counts(rows) => {
-                let count: I64Vec3 = count.as_i64vec3();
-                let dot = |row: IVec3| row.as_i64vec3().dot(count);
-                I64Vec3::new(dot(rows[0]), dot(rows[1]), dot(rows[2])).as_ivec3()
+                // Counts of particles that diverge with an extension wrap around.
+                let dot = |row: IVec3| {
+                    (row.x.wrapping_mul(count.x))
+                        .wrapping_add(row.y.wrapping_mul(count.y))
+                        .wrapping_add(row.z.wrapping_mul(count.z))
+                };
+                IVec3::new(dot(rows[0]), dot(rows[1]), dot(rows[2]))
             }
         }
     }
