@@ -1,11 +1,14 @@
-//! A virtual rheometer: FENE dumbbells in a solvent of dissipative particles, sheared at several rates.
+//! A virtual rheometer: FENE dumbbells in a solvent of dissipative particles, in shear or another flow at several rates.
 //!
 //! ```text
-//! cargo run --release --example rheometer            about 70 seconds on two cores; --help lists the options
+//! cargo run --release --example rheometer                        shear, about 70 seconds on two cores
+//! cargo run --release --example rheometer -- --flow extension    or mixed (with --mixedness), or uniaxial
+//! cargo run --release --example rheometer -- --help              all options
 //! ```
 //!
 //! # What is simulated
-//! A cube of edge 12 with 5184 beads at density 3 is sheared by Lees-Edwards boundaries. All beads are alike: DPD with
+//! A cube of edge 12 with 5184 beads at density 3 is sheared by Lees-Edwards boundaries; extension and mixed flow take
+//! the smallest cell in which images stay 12 apart (Kraynik-Reinelt and its kin). All beads are alike: DPD with
 //! a = 25, gamma = 10 and the weight of Fan et al. (2006), w_D = (1 - r)^(1/2), whose friction is felt more than that of
 //! Groot and Warren's (1 - r)^2. Every fourth bead belongs to a dumbbell, held by a FENE spring of extensibility
 //! b = H Q_0^2 / kT = 50 and limit Q_0 = 6. After Clarke (PhD thesis, MIT 2008, chapter 4).
@@ -13,32 +16,38 @@
 //! Units are those of DPD: length r_c, mass m of a bead, energy kT, hence time tau = r_c (m / kT)^(1/2).
 //!
 //! # What the columns mean
-//! * `rate`: shear rate, u_x = rate y.
+//! * `rate`: of shear, u_x = rate y; of planar extension, u = rate (x, -y, 0); of uniaxial extension,
+//!   u = rate (x, -y/2, -z/2); of mixed flow the strain rate Gamma, u = rate (sqrt(chi) x + (1 - chi) y,
+//!   -sqrt(chi) y, 0) with chi the mixedness.
 //! * `De`: Deborah number, lambda_H rate with lambda_H = zeta / 4H. The friction zeta of a bead is not put in, it is
-//!   found: Kramers' and Giesekus' expressions for the stress of dumbbells agree if zeta = 4 <F_x Q_y> / (rate
-//!   <Q_y^2>), with F the tension between the beads, spring less repulsion. All rates together give one zeta.
-//! * `eta`, `Psi_1`: viscosity sigma_xy / rate and first normal stress coefficient (sigma_xx - sigma_yy) / rate^2 of
-//!   the whole solution, from the stress of all forces and of the beads' motion; tension is positive.
+//!   found: Kramers' and Giesekus' expressions for the stress of dumbbells agree if, in shear, zeta = 4 <F_x Q_y> /
+//!   (rate <Q_y^2>), with F the tension between the beads, spring less repulsion. All rates together give one zeta.
+//! * `eta`, `Psi_1`: viscosity and (sigma_xx - sigma_yy) / rate^2 of the whole solution, from the stress of all forces
+//!   and of the beads' motion; tension is positive. The viscosity is sigma_xy / rate in shear, eta_1 =
+//!   (sigma_xx - sigma_yy) / rate in planar extension, Trouton's (sigma_xx - (sigma_yy + sigma_zz) / 2) / rate in
+//!   uniaxial extension and Hounkonnou's in mixed flow, sigma : A / (A : A) with A = kappa + kappa^T.
 //! * `eta_p*`, `Psi_1p*`: the dumbbells' share by Kramers' expression, over n kT lambda_H and n kT lambda_H^2, with n
 //!   their number density.
 //! * `<Q^2>/Q_0^2`: mean square length of the dumbbells. At rest it is 3 / (b + 5) = 0.0545 for beads that do not repel
 //!   each other, and 3 % more for these.
 //! * `T`: kinetic temperature of the peculiar velocities, of 3N - 3 degrees of freedom. The time step makes it half a
 //!   per cent low, and viscous heating raises it as the square of the rate.
-//! * `theory`: dilute dumbbells of the same b at the same De, whose beads do not interact; from the Fokker-Planck
-//!   equation (De up to 10) and Brownian dynamics (above). Blank outside 0.01 < De < 300.
+//! * `theory`: dilute dumbbells of the same b at the same De, whose beads do not interact; in shear from the
+//!   Fokker-Planck equation (De up to 10) and Brownian dynamics (above), in extension exact. Blank outside
+//!   0.01 < De < 300 (3 in extension) and in mixed flow.
 //!
 //! Errors are one standard error, from block averages, in units of the last digits: 0.912(12) is 0.912 +- 0.012. Where
 //! the block average has not levelled off, the error is a lower bound: 0.912(>12). The error of lambda_H, common to
 //! all rates, is told below the table and is not part of the starred columns' errors.
 //!
 //! # How to read the comparison
-//! zeta is chosen so that Giesekus' relation holds, hence eta_p* is H <Q_y^2> / kT: that column compares the dumbbells'
-//! width across the flow with theory. Psi_1p* and the extension depend on the choice through De alone. Agreement is
+//! zeta is chosen so that Giesekus' relation holds, hence in shear eta_p* is H <Q_y^2> / kT: that column compares the
+//! dumbbells' width across the flow with theory. Psi_1p* and the extension depend on the choice through De alone. Agreement is
 //! within ten per cent: real beads repel each other, and they stir a solvent that takes its time to follow, so that
-//! the beads of a long dumbbell feel more friction than those of a short one. Twice the friction with half the time
-//! step comes closer and costs four times as much.
+//! the beads of a long dumbbell feel more friction than those of a short one.
 
+#[path = "rheometer/flow.rs"]
+mod flow;
 #[path = "rheometer/kept.rs"]
 mod kept;
 #[path = "rheometer/measure.rs"]
@@ -54,6 +63,7 @@ mod report;
 #[path = "rheometer/run.rs"]
 mod run;
 
+use flow::Flow;
 use indicatif::{ProgressBar, ProgressStyle};
 use kept::Kept;
 use measure::{Dumbbells, measure};
@@ -71,9 +81,9 @@ use std::process::ExitCode;
 use std::time::Instant;
 use zimm::prelude::*;
 
-const EDGE: f64 = 12.0;
-const BEADS: usize = 5184;
-const DUMBBELLS: u32 = 648;
+const DENSITY: f64 = 3.0;
+/// Dumbbells per bead of all: a quarter of the beads are theirs.
+const DUMBBELLS: f64 = 0.125;
 const REPULSION: f64 = 25.0;
 const FRICTION: f64 = 10.0;
 const EXTENSIBILITY: f64 = 50.0;
@@ -85,7 +95,7 @@ const SKIN: f64 = 0.4;
 
 /// Time at rest until overlaps have gone and the fluid has its structure.
 const REST: f64 = 10.0;
-/// Time in shear before anything counts, about eight relaxation times, and strain that has to have passed as well.
+/// Time in the flow before anything counts, about eight relaxation times, and strain that has to have passed as well.
 const TRANSIENT: f64 = 18.0;
 const TRANSIENT_STRAIN: f64 = 2.0;
 /// Time that counts: some 200 relaxation times. Samples are just above 2048, where block averages need fewest.
@@ -96,7 +106,6 @@ const STEPS_PER_CHECKPOINT: u64 = 1000;
 
 /// What went wrong, in one sentence.
 type Problem = Box<dyn Error + Send + Sync>;
-type Fluid = System<LeesEdwards<Steady>>;
 type Forces = (Pairwise<Dpd<f64, SquareRoot>, VerletList>, Bonded<Fene>);
 
 fn main() -> ExitCode {
@@ -108,7 +117,13 @@ fn main() -> ExitCode {
         let out = options.out.display();
         return fail(2, &format!("cannot write to {out}: {error}"));
     }
-    match on_threads(options.threads, || scene(&options)) {
+    let rheogram = || match options.flow {
+        Flow::Shear => scene(&options, flow::shear),
+        Flow::Extension => scene(&options, flow::extension),
+        Flow::Mixed => scene(&options, |rate| flow::mixed(rate, options.mixedness)),
+        Flow::Uniaxial => scene(&options, flow::uniaxial),
+    };
+    match on_threads(options.threads, rheogram) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(1, &error.to_string()),
     }
@@ -136,15 +151,18 @@ fn make_writable(out: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Build, warm up, shear, report.
-fn scene(options: &Options) -> Result<(), Problem> {
-    let fluid = at_rest(options.seed)?;
+/// Build, warm up, let it flow, report. `space` is the cell of a rate.
+fn scene<B: Periodic>(
+    options: &Options,
+    space: impl Fn(f64) -> Result<B, Problem> + Sync,
+) -> Result<(), Problem> {
+    let fluid = at_rest(space(0.0)?, options.seed)?;
     let bar = progress_bar(options);
     let rates = options.rates.par_iter();
     let runs: Vec<Run> = rates
         .map(|&rate| {
-            let run = sheared(&fluid, rate, options, &bar);
-            run.map_err(|error| Problem::from(format!("shear rate {rate}: {error}")))
+            let run = space(rate).and_then(|space| flowing(&fluid, space, rate, options, &bar));
+            run.map_err(|error| Problem::from(format!("rate {rate}: {error}")))
         })
         .collect::<Result<_, _>>()?;
     bar.finish_and_clear();
@@ -154,8 +172,8 @@ fn scene(options: &Options) -> Result<(), Problem> {
     let rows = runs.iter().map(|run| run.row(relaxation));
     let rows = rows.collect::<Result<Vec<_>, _>>()?;
     fs::write(options.out.join("rheometer.csv"), csv(&rows))?;
-    let modulus = KT * f64::from(DUMBBELLS) / EDGE.powi(3);
-    draw(&options.out.join("rheometer.svg"), &rows, modulus)?;
+    let picture = options.out.join("rheometer.svg");
+    draw(&picture, options.flow, &rows, KT * DENSITY * DUMBBELLS)?;
     let report = if options.json {
         rows.iter().map(json_line).collect()
     } else {
@@ -172,66 +190,73 @@ fn progress_bar(options: &Options) -> ProgressBar {
         .iter()
         .map(|&rate| last_step(rate, options.quick))
         .sum();
-    let style = ProgressStyle::with_template("shearing [{bar:40}] {percent:>3} %, {eta} left");
+    let style = ProgressStyle::with_template("flowing [{bar:40}] {percent:>3} %, {eta} left");
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// The two forces: soft beads with friction and noise, and springs.
-fn forces() -> Result<Forces, ParameterError> {
+fn forces(dumbbells: &Molecules) -> Result<Forces, ParameterError> {
     let beads = Pairwise::new(
         Dpd::new(REPULSION, FRICTION)?.with_weight(SquareRoot),
         VerletList::new(SKIN)?,
     );
-    Ok((beads, Bonded::new(spring()?, dumbbells()?.bonds())))
+    Ok((beads, Bonded::new(spring()?, dumbbells.bonds())))
 }
 
 fn spring() -> Result<Fene, ParameterError> {
     Fene::with_extensibility(EXTENSIBILITY, LIMIT, KT)
 }
 
-fn dumbbells() -> Result<Molecules, ParameterError> {
-    Molecules::linear(0, DUMBBELLS, 2)
+/// Which beads are in dumbbells: the first.
+fn dumbbells(lattice: &Lattice) -> Result<Molecules, ParameterError> {
+    let count = (DUMBBELLS * DENSITY * lattice.volume()).round();
+    Molecules::linear(0, count as u32, 2)
 }
 
-/// A fluid in equilibrium: springs drawn from their distribution, all else random, then a while without shear.
-fn at_rest(seed: u64) -> Result<Fluid, Problem> {
-    let brick = LeesEdwards::new(DVec3::splat(EDGE), Steady::new(0.0)?)?;
+/// A fluid in equilibrium: springs drawn from their distribution, all else random, then a while without flow.
+fn at_rest<B: Periodic>(space: B, seed: u64) -> Result<System<B>, Problem> {
+    let lattice = *space.lattice();
+    let dumbbells = dumbbells(&lattice)?;
     let mut rng = start::stream(seed);
     // Q^2 / Q_0^2 of FENE springs has a beta distribution.
     let squares = Beta::new(1.5, 0.5 * EXTENSIBILITY + 1.0)?;
     let length = |rng: &mut _| LIMIT * f64::sqrt(squares.sample(rng));
-    let mut positions = start::chains(brick.lattice(), &dumbbells()?, length, &mut rng);
-    positions.extend(start::uniform(
-        brick.lattice(),
-        BEADS - positions.len(),
-        &mut rng,
-    ));
+    let mut positions = start::chains(&lattice, &dumbbells, length, &mut rng);
+    let beads = (DENSITY * lattice.volume()).round() as usize;
+    let solvent = beads - positions.len();
+    positions.extend(start::uniform(&lattice, solvent, &mut rng));
     let particles = Particles::new(positions)?;
     let velocities = start::velocities(&particles, KT, &mut rng)?;
     let particles = particles.with_velocities(velocities)?;
 
-    let mut fluid = System::new(brick, particles, Clock::new(DT, KT, seed)?);
-    let (mut forces, mut stepper) = (forces()?, GrootWarren::new(LAMBDA)?);
+    let mut fluid = System::new(space, particles, Clock::new(DT, KT, seed)?);
+    let (mut forces, mut stepper) = (forces(&dumbbells)?, GrootWarren::new(LAMBDA)?);
     while fluid.clock.now().time < REST {
         stepper.step(&mut fluid, &mut forces, &mut ())?;
     }
     Ok(fluid)
 }
 
-/// Switches the shear on and measures. The noise depends on seed and rate alone, so a rate has the same result whatever
+/// Switches the flow on and measures. The noise depends on seed and rate alone, so a rate has the same result whatever
 /// other rates are asked for.
-fn sheared(rest: &Fluid, rate: f64, options: &Options, bar: &ProgressBar) -> Result<Run, Problem> {
-    let brick = LeesEdwards::new(DVec3::splat(EDGE), Steady::new(rate)?)?;
+fn flowing<B: Periodic>(
+    rest: &System<B>,
+    space: B,
+    rate: f64,
+    options: &Options,
+    bar: &ProgressBar,
+) -> Result<Run, Problem> {
+    let (dumbbells, gradient) = (dumbbells(space.lattice())?, space.gradient());
     let clock = Clock::new(DT, KT, options.seed ^ rate.to_bits())?;
-    let mut fluid = System::new(brick, rest.particles.clone(), clock);
+    let mut fluid = System::new(space, rest.particles.clone(), clock);
     let mut samples = Vec::new();
-    let kept = Kept::at(&options.out, rate);
+    let kept = Kept::at(&options.out, &options.name_of_run(rate));
     if !options.resume {
         kept.remove()?;
     } else if let Some(state) = kept.load(&fluid)? {
         (fluid, samples) = state;
     }
-    let (mut forces, mut stepper) = (forces()?, GrootWarren::new(LAMBDA)?);
+    let (mut forces, mut stepper) = (forces(&dumbbells)?, GrootWarren::new(LAMBDA)?);
     let mut dumbbells = Dumbbells::new(&forces)?;
     let (done, last) = (fluid.clock.now().step, last_step(rate, options.quick));
     bar.inc(done.min(last));
@@ -252,9 +277,14 @@ fn sheared(rest: &Fluid, rate: f64, options: &Options, bar: &ProgressBar) -> Res
         bar.inc(1);
     }
     samples.retain(|sample| sample.step <= last);
-    let run = Run { rate, samples };
+    let run = Run {
+        flow: options.flow,
+        rate,
+        gradient,
+        samples,
+    };
     let viscosity = with_error(run.viscosity()?);
-    bar.println(format!("shear rate {rate}: viscosity {viscosity}"));
+    bar.println(format!("rate {rate}: viscosity {viscosity}"));
     Ok(run)
 }
 

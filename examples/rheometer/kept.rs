@@ -1,7 +1,7 @@
 //! The files from which an interrupted run goes on.
 
 use crate::measure::Sample;
-use crate::{Fluid, Forces, Problem};
+use crate::{Forces, Problem};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -54,7 +54,10 @@ impl Sample {
     }
 }
 
-/// The files of one shear rate: a checkpoint, and the samples that led to it.
+/// A state and the samples that led to it.
+pub(crate) type State<B> = (System<B>, Vec<Sample>);
+
+/// The files of one rate: a checkpoint, and the samples that led to it.
 #[derive(Clone, Debug)]
 pub(crate) struct Kept {
     checkpoint: PathBuf,
@@ -63,10 +66,10 @@ pub(crate) struct Kept {
 
 impl Kept {
     /// In this directory, whether they exist or not.
-    pub(crate) fn at(directory: &Path, rate: f64) -> Self {
+    pub(crate) fn at(directory: &Path, run: &str) -> Self {
         Self {
-            checkpoint: directory.join(format!("rate-{rate}.checkpoint")),
-            samples: directory.join(format!("rate-{rate}.csv")),
+            checkpoint: directory.join(format!("{run}.checkpoint")),
+            samples: directory.join(format!("{run}.csv")),
         }
     }
 
@@ -81,9 +84,9 @@ impl Kept {
     }
 
     /// Writes the state. Samples first: those that are newer than the checkpoint are dropped by [`Self::load`].
-    pub(crate) fn save(
+    pub(crate) fn save<B: Periodic>(
         &self,
-        fluid: &Fluid,
+        fluid: &System<B>,
         forces: &mut Forces,
         samples: &[Sample],
     ) -> Result<(), Problem> {
@@ -96,14 +99,14 @@ impl Kept {
     }
 
     /// The state and the samples up to it, if there are any. `fresh` is what a run would begin with.
-    pub(crate) fn load(&self, fresh: &Fluid) -> Result<Option<(Fluid, Vec<Sample>)>, Problem> {
+    pub(crate) fn load<B: Periodic>(&self, fresh: &System<B>) -> Result<Option<State<B>>, Problem> {
         if !self.checkpoint.exists() {
             return Ok(None);
         }
         let name = self.checkpoint.display();
         let fluid = load_file(fresh.boundary.clone(), &self.checkpoint)
             .map_err(|error| format!("{name}: {error}"))?;
-        let key = |fluid: &Fluid| {
+        let key = |fluid: &System<B>| {
             let Now { dt, kt, seed, .. } = fluid.clock.now();
             (fluid.particles.len(), dt, kt, seed)
         };

@@ -1,15 +1,25 @@
 //! The command line.
 
+use crate::flow::Flow;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Shears FENE dumbbells in a DPD solvent and measures what a rheometer would.
+/// Deforms a DPD solution of FENE dumbbells and measures what a rheometer would.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "rheometer")]
 pub(crate) struct Options {
-    /// Shear rates, in 1/tau.
+    /// The flow.
+    #[arg(long, value_enum, default_value_t = Flow::Shear)]
+    pub(crate) flow: Flow,
+
+    /// Mixedness of --flow mixed, from 0.01, nearly shear, to 1, extension.
+    #[arg(long, value_name = "CHI", default_value_t = 0.5, value_parser = mixedness)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) mixedness: f64,
+
+    /// Rates, in 1/tau; some that suit the flow if not given.
     #[arg(long, value_name = "RATE,..", value_delimiter = ',', value_parser = rate)]
-    #[arg(allow_negative_numbers = true, default_value = "0.1,0.2,0.4,0.8")]
+    #[arg(allow_negative_numbers = true)]
     pub(crate) rates: Vec<f64>,
 
     /// A coarse run of a few seconds.
@@ -56,11 +66,22 @@ impl Options {
         })
     }
 
+    /// What files of one rate are called.
+    pub(crate) fn name_of_run(&self, rate: f64) -> String {
+        match self.flow {
+            Flow::Mixed => format!("mixed-{}-{rate}", self.mixedness),
+            flow => format!("{}-{rate}", flow.name()),
+        }
+    }
+
     fn from_words<W>(words: impl IntoIterator<Item = W>) -> Result<Self, clap::Error>
     where
         W: Into<std::ffi::OsString> + Clone,
     {
         let mut options = Self::try_parse_from(words)?;
+        if options.rates.is_empty() {
+            options.rates = options.flow.default_rates();
+        }
         options.rates.sort_by(f64::total_cmp);
         options.rates.dedup();
         Ok(options)
@@ -70,9 +91,17 @@ impl Options {
 fn rate(word: &str) -> Result<f64, String> {
     match word.trim().parse::<f64>() {
         Ok(rate) if (1e-4..=10.0).contains(&rate) => Ok(rate),
-        Ok(_) => Err("a shear rate must be between 0.0001 and 10".into()),
-        Err(_) if word.trim().is_empty() => Err("at least one shear rate is needed".into()),
-        Err(_) => Err("a shear rate must be a number".into()),
+        Ok(_) => Err("a rate must be between 0.0001 and 10".into()),
+        Err(_) if word.trim().is_empty() => Err("at least one rate is needed".into()),
+        Err(_) => Err("a rate must be a number".into()),
+    }
+}
+
+fn mixedness(word: &str) -> Result<f64, String> {
+    match word.trim().parse::<f64>() {
+        Ok(mixedness) if (0.01..=1.0).contains(&mixedness) => Ok(mixedness),
+        Ok(_) => Err("the mixedness must be between 0.01 and 1 (--flow shear is 0)".into()),
+        Err(_) => Err("the mixedness must be a number".into()),
     }
 }
 
@@ -131,6 +160,11 @@ mod tests {
             "--rates ,",
             "--rates slow",
             "--rates=",
+            "--mixedness 0",
+            "--mixedness -0.5",
+            "--mixedness 1.5",
+            "--mixedness NaN",
+            "--flow sideways",
             "--threads 0",
             "--threads -1",
             "--threads 1.5",

@@ -1,5 +1,6 @@
 //! The picture: four panels against the Deborah number.
 
+use crate::flow::Flow;
 use crate::reference::{self, Dumbbell, EXTENSION_AT_REST};
 use crate::report::Row;
 use crate::{KT, Problem};
@@ -21,13 +22,13 @@ const SIZE: (u32, u32) = (1000, 780);
 
 /// Draws viscosity, normal stress, extension and temperature, with error bars and theory. `modulus` is n kT of the
 /// dumbbells.
-pub(crate) fn draw(path: &Path, rows: &[Row], modulus: f64) -> Result<(), Problem> {
+pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Result<(), Problem> {
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let (heading, body) = root.split_vertically(44);
     let style = TextStyle::from(("sans-serif", 22)).color(&INK);
     heading.draw_text(
-        "FENE dumbbells (b = 50) in a DPD solvent under shear",
+        &format!("FENE dumbbells (b = 50) in a DPD solvent, {}", flow.title()),
         &style,
         (24, 14),
     )?;
@@ -40,6 +41,7 @@ pub(crate) fn draw(path: &Path, rows: &[Row], modulus: f64) -> Result<(), Proble
     let deborahs = spread(rows.iter().map(|row| row.deborah), [1.5, 1.5]);
 
     Panel {
+        flow,
         title: "Viscosity",
         series: &[
             Series::new(
@@ -60,6 +62,7 @@ pub(crate) fn draw(path: &Path, rows: &[Row], modulus: f64) -> Result<(), Proble
     }
     .draw_logarithmic(&panels[0], &deborahs)?;
     Panel {
+        flow,
         title: "First normal stress coefficient, Ψ₁ / n kT λ_H²",
         series: &[
             Series::new(
@@ -78,6 +81,7 @@ pub(crate) fn draw(path: &Path, rows: &[Row], modulus: f64) -> Result<(), Proble
     }
     .draw_logarithmic(&panels[1], &deborahs)?;
     Panel {
+        flow,
         title: "Extension of the dumbbells, <Q²> / Q₀²",
         series: &[Series::new("polymer", POLYMER, along(|row| row.extension))],
         theory: Some(|t| t.extension),
@@ -93,6 +97,7 @@ pub(crate) fn draw(path: &Path, rows: &[Row], modulus: f64) -> Result<(), Proble
         .map(|(_, mean)| (mean.value - KT).abs() + mean.at_least());
     let off = 1.2 * ends.fold(0.02, f64::max);
     Panel {
+        flow,
         title: "Kinetic temperature, kT",
         series: &[temperature],
         theory: None,
@@ -129,6 +134,7 @@ impl Series {
 
 /// What one panel shows.
 struct Panel<'a> {
+    flow: Flow,
     title: &'static str,
     series: &'a [Series],
     theory: Option<fn(&Dumbbell) -> f64>,
@@ -170,7 +176,7 @@ impl Panel<'_> {
             .build_cartesian_2d(x.clone().log_scale().with_key_points(ticks(x)), y)?;
         chart
             .configure_mesh()
-            .x_desc("De = λ_H × shear rate")
+            .x_desc("De = λ_H × rate")
             .bold_line_style(GRID)
             .light_line_style(WHITE)
             .axis_style(INK)
@@ -229,7 +235,7 @@ impl Panel<'_> {
         };
         let at = |k: u32| x.start * (x.end / x.start).powf(f64::from(k) / 60.0);
         (0..=60)
-            .filter_map(|k| Some((at(k), part(&reference::dumbbell(at(k))?))))
+            .filter_map(|k| Some((at(k), part(&reference::dumbbell(self.flow, at(k))?))))
             .collect()
     }
 }

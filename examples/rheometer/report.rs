@@ -1,5 +1,6 @@
 //! What the run has found: table, CSV, JSON.
 
+use crate::flow::Flow;
 use crate::reference;
 use serde_json::{Map, Value, json};
 use zimm::prelude::*;
@@ -7,7 +8,9 @@ use zimm::prelude::*;
 /// The results at one shear rate, in DPD units unless a comment says otherwise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    /// Shear rate.
+    /// The flow.
+    pub(crate) flow: Flow,
+    /// Its rate.
     pub(crate) rate: f64,
     /// Deborah number, lambda_H times the rate, with the bead friction of all rates together.
     pub(crate) deborah: f64,
@@ -46,10 +49,10 @@ impl Row {
 
     /// Every number under its name. Errors are standard errors; those of `unsettled` quantities are lower bounds.
     fn record(&self) -> Vec<(String, Value)> {
-        let theory = reference::dumbbell(self.deborah);
+        let theory = reference::dumbbell(self.flow, self.deborah);
         let mut record = vec![
             ("method".into(), json!("dpd")),
-            ("flow".into(), json!("shear")),
+            ("flow".into(), json!(self.flow.name())),
             ("rate".into(), json!(self.rate)),
             ("deborah".into(), json!(self.deborah)),
             ("deborah_error".into(), json!(self.deborah_error)),
@@ -115,10 +118,11 @@ pub(crate) fn summary(rows: &[Row], friction: Mean, relaxation: Mean) -> String 
         "{table}
 bead friction zeta = {friction} m/tau, lambda_H = zeta / 4H = {relaxation} tau
 (from Kramers = Giesekus at all rates together; De and the starred columns are in its units)
-theory: beads that do not interact, by the Fokker-Planck equation (De <= 10) or Brownian dynamics
+theory: beads that do not interact, {source}
 errors: 0.912(12) is 0.912 +- 0.012; (>12): the run is too short, the error may be larger
 ",
-        table = table(rows)
+        table = table(rows),
+        source = rows.first().map_or("", |row| reference::source(row.flow)),
     )
 }
 
@@ -151,7 +155,7 @@ fn table(rows: &[Row]) -> String {
     ];
     let mut cells = vec![names.map(String::from), units.map(String::from)];
     for row in rows {
-        let theory = reference::dumbbell(row.deborah);
+        let theory = reference::dumbbell(row.flow, row.deborah);
         let theory = |part: fn(&reference::Dumbbell) -> f64, digits| {
             theory
                 .as_ref()
@@ -227,6 +231,7 @@ mod tests {
     fn row() -> Row {
         let mean = known(1.25, 0.03);
         Row {
+            flow: Flow::Shear,
             rate: 0.1,
             deborah: 0.2,
             deborah_error: 0.01,

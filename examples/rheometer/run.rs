@@ -1,15 +1,20 @@
 //! From samples to material functions.
 
+use crate::flow::Flow;
 use crate::measure::Sample;
 use crate::report::Row;
 use crate::{KT, LIMIT, Problem, transient};
 use zimm::prelude::*;
 
-/// A sheared run and what was measured in it.
+/// A run in a flow and what was measured in it.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
-    /// Shear rate.
+    /// The flow.
+    pub(crate) flow: Flow,
+    /// Its rate.
     pub(crate) rate: f64,
+    /// Its velocity gradient.
+    pub(crate) gradient: DMat3,
     /// All samples, the transient's among them.
     pub(crate) samples: Vec<Sample>,
 }
@@ -28,43 +33,52 @@ impl Run {
         average.estimate()
     }
 
-    fn functions(&self, part: impl Fn(&Sample) -> DMat3) -> Result<ShearFunctions, Problem> {
-        let mut viscometer = Viscometer::new(self.rate)?;
-        self.steady()
-            .for_each(|sample| viscometer.push(part(sample)));
-        Ok(viscometer.estimate()?)
+    /// Viscosity and (sigma_xx - sigma_yy) / rate^2 of a part of the stress.
+    fn functions(&self, part: impl Fn(&Sample) -> DMat3) -> Result<[Mean; 2], Problem> {
+        let mut viscosity = FlowViscosity::new(self.gradient)?;
+        let mut difference = BlockAverage::new();
+        for sample in self.steady() {
+            let stress = part(sample);
+            viscosity.push(stress);
+            difference.push(stress.x_axis.x - stress.y_axis.y);
+        }
+        Ok([
+            viscosity.estimate()?.times(self.flow.customary()),
+            difference.estimate()?.times(self.rate.powi(-2)),
+        ])
     }
 
     /// Viscosity of the solution, for those who watch.
     pub(crate) fn viscosity(&self) -> Result<Mean, Problem> {
-        Ok(self.functions(|sample| sample.stress)?.viscosity)
+        Ok(self.functions(|sample| sample.stress)?[0])
     }
 
     /// Friction of a bead by comparing Kramers' and Giesekus' stress.
     fn friction(&self) -> Result<Mean, Problem> {
-        let mut drag = GiesekusDrag::new(self.rate, KT)?;
+        let mut drag = GiesekusDrag::new(self.gradient, KT)?;
         self.steady()
             .for_each(|sample| drag.push([sample.tension, sample.stretch]));
-        Ok(drag.estimate()?.shear)
+        Ok(drag.estimate()?.deformation)
     }
 
     /// The results, for dumbbells of this relaxation time lambda_H.
     pub(crate) fn row(&self, relaxation: Mean) -> Result<Row, Problem> {
-        let solution = self.functions(|sample| sample.stress)?;
-        let polymer = self.functions(|sample| sample.tension)?;
+        let [viscosity, psi1] = self.functions(|sample| sample.stress)?;
+        let [polymer_viscosity, polymer_psi1] = self.functions(|sample| sample.tension)?;
         let lambda = relaxation.value;
         let squared_length = |sample: &Sample| {
             let q = sample.stretch;
             q.x_axis.x + q.y_axis.y + q.z_axis.z
         };
         Ok(Row {
+            flow: self.flow,
             rate: self.rate,
             deborah: lambda * self.rate,
             deborah_error: relaxation.at_least() * self.rate,
-            viscosity: solution.viscosity,
-            psi1: solution.psi1,
-            polymer_viscosity: polymer.viscosity.times(1.0 / (KT * lambda)),
-            polymer_psi1: polymer.psi1.times(1.0 / (KT * lambda * lambda)),
+            viscosity,
+            psi1,
+            polymer_viscosity: polymer_viscosity.times(1.0 / (KT * lambda)),
+            polymer_psi1: polymer_psi1.times(1.0 / (KT * lambda * lambda)),
             extension: self.average(squared_length)?.times(1.0 / (LIMIT * LIMIT)),
             temperature: self.average(|sample| sample.temperature)?,
             friction: self.friction()?,
