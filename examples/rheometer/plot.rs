@@ -32,6 +32,8 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
         &style,
         (24, 14),
     )?;
+    // In shear the curves fall to the right, in other flows they rise.
+    let thins = flow == Flow::Shear;
     let panels = body.margin(0, 8, 8, 16).split_evenly((2, 2));
 
     let along = |part: fn(&Row) -> Mean| -> Points {
@@ -57,13 +59,17 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
         ],
         theory: Some(|t| t.viscosity),
         level: None,
-        legend: SeriesLabelPosition::MiddleLeft,
-        room: [1.15, 1.15],
+        legend: if thins {
+            SeriesLabelPosition::MiddleLeft
+        } else {
+            SeriesLabelPosition::UpperLeft
+        },
+        room: [1.15, if thins { 1.15 } else { 2.5 }],
     }
     .draw_logarithmic(&panels[0], &deborahs)?;
     Panel {
         flow,
-        title: "First normal stress coefficient, Ψ₁ / n kT λ_H²",
+        title: "Ψ₁ = (σ_xx - σ_yy) / rate², over n kT λ_H²",
         series: &[
             Series::new(
                 "solution",
@@ -76,8 +82,12 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
         ],
         theory: Some(|t| t.psi1),
         level: None,
-        legend: SeriesLabelPosition::LowerLeft,
-        room: [2.0, 1.3],
+        legend: if thins {
+            SeriesLabelPosition::LowerLeft
+        } else {
+            SeriesLabelPosition::UpperRight
+        },
+        room: if thins { [2.0, 1.3] } else { [1.3, 1.5] },
     }
     .draw_logarithmic(&panels[1], &deborahs)?;
     Panel {
