@@ -128,7 +128,7 @@ pub enum ParticleError {
 pub enum ListError {
     /// Two images of one particle would both be in range.
     #[error(
-        "a cutoff of {cutoff} does not fit the cell: nearest images are {images} apart, so at most {most} is allowed"
+        "a cutoff of {cutoff} does not fit the cell: nearest images are {images} apart, so it must be between 0 and {most}"
     )]
     Cutoff {
         /// The cutoff asked for.

@@ -117,7 +117,7 @@ impl<B: Boundary> Neighbours<B> for AllPairs {
 
 pub(crate) fn cutoff_fits<B: Boundary>(boundary: &B, cutoff: f64) -> Result<(), ListError> {
     let most = boundary.reach();
-    if cutoff <= most {
+    if (0.0..=most).contains(&cutoff) {
         Ok(())
     } else {
         Err(ListError::Cutoff {

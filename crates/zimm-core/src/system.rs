@@ -1,7 +1,7 @@
 //! The system, its clock, and the read-only frame that forces and observables see.
 
 use crate::{Boundary, ParameterError, Particles, noise::Noise};
-use glam::{DVec3, IVec3};
+use glam::{DMat3, DVec3, IVec3};
 
 /// The one copy of time step, temperature, seed and step number.
 ///
@@ -252,7 +252,7 @@ impl<B: Boundary> Frame<'_, B> {
     /// image of the particle in the lattice as it is now.
     pub fn unwrapped(&self, place: usize) -> Option<DVec3> {
         let count = self.images.get(place)?.as_dvec3();
-        let cell = self.boundary.cell().unwrap_or_default();
+        let cell = self.boundary.cell().unwrap_or(DMat3::ZERO);
         Some(self.positions[place] + cell * count)
     }
 }

@@ -364,13 +364,13 @@ fn law_a_list_is_made_anew_for_another_cutoff_another_number_and_when_it_forgets
 }
 
 #[test]
-fn extreme_a_cutoff_wider_than_the_cell_is_an_error() {
+fn extreme_a_cutoff_wider_than_the_cell_or_below_zero_is_an_error() {
     let tilted = DMat3::from_cols(4.0 * DVec3::X, DVec3::new(1.0, 2.0, 0.0), 9.0 * DVec3::Z);
     let system = system(Cell::at_rest(tilted), vec![DVec3::ZERO; 2], 1.0);
     let images = 5.0_f64.sqrt();
     let mut list = VerletList::new(0.5).unwrap();
     assert_eq!(list.refresh(&system.frame(), images / 2.0), Ok(true));
-    for cutoff in [1.2, f64::INFINITY] {
+    for cutoff in [1.2, f64::INFINITY, -0.5] {
         let most = images / 2.0;
         let wide = ListError::Cutoff {
             cutoff,
