@@ -146,6 +146,28 @@ pub enum ListError {
         /// What was found.
         position: [f64; 3],
     },
+    /// Molecules have beads that do not exist.
+    #[error("molecules go up to identity {identity}, but there are {particles} particles")]
+    NoSuchParticle {
+        /// The last identity of the molecules.
+        identity: u32,
+        /// Number of particles.
+        particles: usize,
+    },
+    /// A bond so long that its nearest image is ambiguous.
+    #[error(
+        "the bond between particles {i} and {j} is {length} long; the cell resolves bonds below {reach}"
+    )]
+    BeyondCell {
+        /// Identity of its first bead.
+        i: u32,
+        /// Identity of its second bead.
+        j: u32,
+        /// Length found.
+        length: f64,
+        /// Half the shortest lattice vector.
+        reach: f64,
+    },
 }
 
 /// Why a force could not be evaluated.
@@ -197,6 +219,68 @@ pub enum ForceError {
     },
 }
 
+/// Why a mobility or its square root could not be had.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum MobilityError {
+    /// Beads so large that their periodic mobility has no meaning.
+    #[error(
+        "beads of radius {radius} do not fit the cell: {quantity} is {found}, but must be {allowed}"
+    )]
+    Cell {
+        /// Radius of a bead.
+        radius: f64,
+        /// What is wrong.
+        quantity: &'static str,
+        /// Its value.
+        found: f64,
+        /// The range allowed, in words.
+        allowed: &'static str,
+    },
+    /// A mobility that is not positive definite, to the accuracy that it is known with.
+    #[error("the mobility is not positive definite: {quantity} is {found}")]
+    NotPositive {
+        /// The pivot, eigenvalue or quadratic form that tells.
+        quantity: &'static str,
+        /// Its value.
+        found: f64,
+    },
+    /// An iteration that did not reach the error asked for.
+    #[error(
+        "the square root of the mobility reached a relative error of {reached} after {iterations} iterations; {asked} was asked for"
+    )]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// Relative error reached.
+        reached: f64,
+        /// Relative error asked for.
+        asked: f64,
+    },
+    /// A position, force or velocity that is not finite.
+    #[error("the {quantity} of particle {particle} is not finite: {value:?}")]
+    NotFinite {
+        /// What it is.
+        quantity: &'static str,
+        /// Index of the particle.
+        particle: usize,
+        /// What was found.
+        value: [f64; 3],
+    },
+    /// A species for which no friction was given.
+    #[error(
+        "particle {particle} is of species {species}; frictions were given for {known} species"
+    )]
+    NoFriction {
+        /// Index of the particle.
+        particle: usize,
+        /// Its species.
+        species: u8,
+        /// Number of frictions.
+        known: usize,
+    },
+}
+
 /// Why a step was not taken. The system is as it was after the last good step.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -208,6 +292,36 @@ pub enum StepError {
         step: u64,
         /// The reason.
         source: ForceError,
+    },
+    /// The mobility or its square root could not be had.
+    #[error("step {step}: {source}")]
+    Mobility {
+        /// The step that failed.
+        step: u64,
+        /// The reason.
+        source: MobilityError,
+    },
+    /// The implicit equations of the step were not solved.
+    #[error(
+        "step {step}: the implicit equations reached a relative error of {reached} after {iterations} iterations; {asked} was asked for"
+    )]
+    NotSolved {
+        /// The step that failed.
+        step: u64,
+        /// Iterations made.
+        iterations: usize,
+        /// Relative error reached.
+        reached: f64,
+        /// Relative error asked for.
+        asked: f64,
+    },
+    /// A parameter of the scheme that does not go with the clock or the scene.
+    #[error("step {step}: {source}")]
+    Parameter {
+        /// The step that failed.
+        step: u64,
+        /// The reason.
+        source: ParameterError,
     },
     /// A particle would leave the step with a state that is not finite, or too large to be wrapped.
     #[error(

@@ -50,7 +50,7 @@ pub use bonded::{BondForce, Bonded};
 pub use boundary::{Boundary, Open, Periodic, Remap};
 pub use checkpoint::{load, load_file, save, save_file};
 pub use error::{
-    CheckpointError, ForceError, LatticeError, ListError, ParameterError, ParticleError, StepError,
+    CheckpointError, ForceError, LatticeError, ListError, MobilityError, ParameterError, ParticleError, StepError,
 };
 pub use field::ForceField;
 pub use glam::{DMat3, DVec3, IVec3};

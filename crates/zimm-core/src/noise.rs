@@ -34,6 +34,10 @@ impl Domain {
     pub const DPD: Self = Self(1);
     /// The random kicks of Langevin dynamics.
     pub const LANGEVIN: Self = Self(2);
+    /// The random displacements of Brownian dynamics.
+    pub const BROWNIAN: Self = Self(3);
+    /// The random waves of a Brownian displacement that is drawn in reciprocal space.
+    pub const BROWNIAN_WAVES: Self = Self(4);
 
     /// A domain for a law of your own: any number, kept apart from the family's.
     pub const fn user(number: u32) -> Self {

@@ -1,7 +1,8 @@
 //! The system, its clock, and the read-only frame that forces and observables see.
 
-use crate::{Boundary, ParameterError, Particles, noise::Noise};
+use crate::{Boundary, ParameterError, Particles, for_each_chunk, noise::Noise};
 use glam::{DMat3, DVec3, IVec3};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// The one copy of time step, temperature, seed and step number.
 ///
@@ -161,6 +162,41 @@ impl<B: Boundary> System<B> {
             particles,
             clock,
         }
+    }
+
+    /// A copy of the boundary one step ahead, with new positions wrapped into it and image counts brought along. For
+    /// steppers, which work on copies of the columns and change the system only when a step is known to be good.
+    ///
+    /// # Errors
+    /// The index of a particle whose new position is not finite, or 2^26 times farther away than the reach of the
+    /// cell: half of the digits would be lost in wrapping. In open space, where nothing is wrapped, every position
+    /// fits whose square is finite.
+    pub fn settle(&self, positions: &mut [DVec3], images: &mut [IVec3]) -> Result<B, usize> {
+        const FARTHEST: f64 = 67_108_864.0;
+        let mut boundary = self.boundary.clone();
+        let remap = boundary.advance(self.clock.next().time);
+        let farthest = FARTHEST * boundary.reach();
+        let fits = |r: DVec3| r.length_squared() < farthest * farthest;
+        let all_fit = AtomicBool::new(true);
+        for_each_chunk(positions, |_, chunk| {
+            if !chunk.iter().all(|&r| fits(r)) {
+                all_fit.store(false, Relaxed);
+            }
+        });
+        if !all_fit.into_inner() {
+            return Err(positions.iter().position(|&r| !fits(r)).unwrap_or(0));
+        }
+        for_each_chunk(images, |start, chunk| {
+            for (image, &r) in chunk.iter_mut().zip(&positions[start..]) {
+                *image = remap.apply(*image).wrapping_add(boundary.wrap(r).1);
+            }
+        });
+        for_each_chunk(positions, |_, chunk| {
+            for r in chunk {
+                *r = boundary.wrap(*r).0;
+            }
+        });
+        Ok(boundary)
     }
 
     /// The system as forces and observables see it.

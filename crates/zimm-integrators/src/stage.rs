@@ -7,10 +7,6 @@ use zimm_core::{
     Boundary, DMat3, DVec3, ForceField, IVec3, StepError, System, Tally, for_each_chunk,
 };
 
-/// How many times the reach of the cell, 2^26, a position may be off before it is wrapped: half of its digits are then
-/// left. In open space, where nothing is wrapped, every position fits whose square is finite.
-const FARTHEST: f64 = 67_108_864.0;
-
 /// Working copies of the columns that move.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stage {
@@ -80,36 +76,13 @@ impl Stage {
 
     /// Advances a copy of the boundary by one step and wraps the particles into it.
     pub(crate) fn settle<B: Boundary>(&mut self, system: &System<B>) -> Result<B, StepError> {
-        let mut boundary = system.boundary.clone();
-        let remap = boundary.advance(system.clock.next().time);
-        let positions = &self.positions;
-        for_each_chunk(&mut self.images, |start, chunk| {
-            for (image, &r) in chunk.iter_mut().zip(&positions[start..]) {
-                *image = remap.apply(*image).wrapping_add(boundary.wrap(r).1);
-            }
-        });
-        let farthest = FARTHEST * boundary.reach();
-        let fits = |r: DVec3| r.length_squared() < farthest * farthest;
-        let all_fit = AtomicBool::new(true);
-        for_each_chunk(&mut self.positions, |_, chunk| {
-            let mut chunk_fits = true;
-            for r in chunk {
-                let here = *r;
-                chunk_fits &= fits(here);
-                *r = if fits(here) {
-                    boundary.wrap(here).0
-                } else {
-                    here
-                };
-            }
-            if !chunk_fits {
-                all_fit.store(false, Relaxed);
-            }
-        });
-        if all_fit.into_inner() {
-            return Ok(boundary);
-        }
-        Err(self.not_finite(system, |k| fits(self.positions[k])))
+        system
+            .settle(&mut self.positions, &mut self.images)
+            .map_err(|particle| StepError::NotFinite {
+                step: system.clock.next().step,
+                particle,
+                force: self.forces[particle].to_array(),
+            })
     }
 
     /// Evaluates the forces of the new state; `velocities` are those that friction is to see, if not the stage's own.

@@ -10,6 +10,8 @@
 //! | `forces` | [`forces`] | DPD, Lennard-Jones, springs, body forces |
 //! | `boundary` | [`boundary`] | open flows, periodic boxes, shear, extension, mixed flow |
 //! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin |
+//! | `brownian` | [`brownian`] | Brownian dynamics: free draining, schemes for stiff springs |
+//! | `hydrodynamics` | [`brownian`] | Rotne-Prager-Yamakawa mobilities, Ewald sums, their square roots (not by default) |
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
 //! | `rayon` | | threads, with the same bits as without |
 //! | `start` | | random initial states |
@@ -22,6 +24,8 @@ pub use zimm_core as core;
 pub use zimm_analysis as analysis;
 #[cfg(feature = "boundary")]
 pub use zimm_boundary as boundary;
+#[cfg(feature = "brownian")]
+pub use zimm_brownian as brownian;
 #[cfg(feature = "forces")]
 pub use zimm_forces as forces;
 #[cfg(feature = "integrators")]
@@ -33,6 +37,8 @@ pub mod prelude {
     pub use zimm_analysis::*;
     #[cfg(feature = "boundary")]
     pub use zimm_boundary::*;
+    #[cfg(feature = "brownian")]
+    pub use zimm_brownian::*;
     pub use zimm_core::*;
     #[cfg(feature = "forces")]
     pub use zimm_forces::*;

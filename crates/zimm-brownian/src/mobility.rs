@@ -1,0 +1,106 @@
+//! How beads move when forces pull at them, and the square root that makes their noise.
+
+use std::ops::Range;
+use zimm_core::{
+    Boundary, DMat3, DVec3, Frame, MobilityError,
+    noise::{Domain, Noise},
+};
+
+/// A mobility operator `M`: beads pulled by forces `F` move at velocities `M F` against the flow.
+///
+/// `M` is symmetric and positive semidefinite, and its divergence with respect to the positions is zero: it depends
+/// on differences of positions alone, as a sum over incompressible flows does.
+///
+/// The unit type is no motion: the null mobility.
+pub trait Mobility<B: Boundary> {
+    /// Fixes the configuration; everything below is about the frame that was bound last.
+    ///
+    /// # Errors
+    /// If there is no mobility at this configuration, in this cell, at the accuracy asked for.
+    fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError>;
+
+    /// Adds `M F` to `velocities`.
+    fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]);
+
+    /// The mobility of one bead alone, 1 / friction: the part that implicit schemes take for the whole.
+    fn alone(&self, place: usize) -> f64;
+}
+
+/// A mobility whose 3 x 3 blocks can be asked for: what a factorisation needs.
+pub trait Entries<B: Boundary>: Mobility<B> {
+    /// The velocity of the bead at place `i` for a force on the bead at place `j`.
+    fn entry(&self, i: usize, j: usize) -> DMat3;
+
+    /// Runs of places, one after the other, between which there is no interaction. One run is a full matrix.
+    fn runs(&self) -> Vec<Range<usize>>;
+}
+
+/// A way to take the square root of a mobility.
+///
+/// Which root suits which mobility is said by implementations, so that a bad match does not compile. The unit type
+/// is no noise, whatever the temperature: the null root.
+pub trait Root<B: Boundary, M: Mobility<B>> {
+    /// Adds `scale` times a Gaussian vector of covariance `M` to `displacements`, `M` as it was bound last.
+    ///
+    /// # Errors
+    /// If the root cannot be had to the accuracy asked for. `displacements` then hold nothing of use.
+    fn add(
+        &mut self,
+        mobility: &mut M,
+        white: &White<'_>,
+        scale: f64,
+        displacements: &mut [DVec3],
+    ) -> Result<(), MobilityError>;
+}
+
+impl<B: Boundary> Mobility<B> for () {
+    fn bind(&mut self, _: &Frame<'_, B>) -> Result<(), MobilityError> {
+        Ok(())
+    }
+
+    fn apply(&mut self, _: &[DVec3], _: &mut [DVec3]) {}
+
+    fn alone(&self, _: usize) -> f64 {
+        0.0
+    }
+}
+
+impl<B: Boundary, M: Mobility<B>> Root<B, M> for () {
+    fn add(
+        &mut self,
+        _: &mut M,
+        _: &White<'_>,
+        _: f64,
+        _: &mut [DVec3],
+    ) -> Result<(), MobilityError> {
+        Ok(())
+    }
+}
+
+/// White noise of one step: independent normal numbers of mean zero and variance one, by bead or by wave.
+#[derive(Clone, Copy, Debug)]
+pub struct White<'a> {
+    noise: Noise,
+    ids: &'a [u32],
+}
+
+impl<'a> White<'a> {
+    /// The noise of a step for the particles of a frame.
+    pub fn new<B>(noise: Noise, frame: &Frame<'a, B>) -> Self {
+        let ids = frame.ids;
+        Self { noise, ids }
+    }
+
+    /// Three numbers for the bead at a place.
+    #[inline]
+    pub fn bead(&self, place: usize) -> DVec3 {
+        let identity = self.ids.get(place).copied().unwrap_or(place as u32);
+        self.noise.site(identity).normal3(Domain::BROWNIAN)
+    }
+
+    /// Three numbers for a wave, whichever numbering of waves the caller has.
+    #[inline]
+    pub fn wave(&self, index: u32) -> DVec3 {
+        self.noise.site(index).normal3(Domain::BROWNIAN_WAVES)
+    }
+}

@@ -1,0 +1,130 @@
+//! The next state in the making. Steppers work on copies of the columns that move and swap them in at the end, so that
+//! a step that fails leaves no trace.
+
+use crate::{Mobility, Root, White};
+use std::mem::swap;
+use zimm_core::{
+    Boundary, DVec3, ForceField, IVec3, MobilityError, StepError, System, Tally, for_each_chunk,
+};
+
+/// Working copies of the columns that move, and what moves them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stage {
+    pub(crate) positions: Vec<DVec3>,
+    pub(crate) forces: Vec<DVec3>,
+    pub(crate) velocities: Vec<DVec3>,
+    pub(crate) noise: Vec<DVec3>,
+    pub(crate) images: Vec<IVec3>,
+}
+
+impl Stage {
+    /// Copies the present state. Forces that are not there are evaluated.
+    pub(crate) fn open<B: Boundary, F: ForceField<B>>(
+        &mut self,
+        system: &System<B>,
+        field: &mut F,
+    ) -> Result<(), StepError> {
+        let particles = &system.particles;
+        particles.positions().clone_into(&mut self.positions);
+        particles.images().clone_into(&mut self.images);
+        particles.forces().clone_into(&mut self.forces);
+        if self.forces.len() != particles.len() {
+            zero(&mut self.forces, particles.len());
+            let step = system.clock.next().step;
+            return field
+                .accumulate(&system.frame(), &mut self.forces, &mut ())
+                .map_err(|source| StepError::Force { step, source });
+        }
+        Ok(())
+    }
+
+    /// The velocities `M F` and the random displacements of one step, sqrt(2 kT dt) M^(1/2) z, at the present state.
+    pub(crate) fn drive<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
+        &mut self,
+        system: &System<B>,
+        mobility: &mut M,
+        root: &mut R,
+    ) -> Result<(), StepError> {
+        let (frame, next) = (system.frame(), system.clock.next());
+        let step = next.step;
+        let failed = |source: MobilityError| StepError::Mobility { step, source };
+        mobility.bind(&frame).map_err(failed)?;
+        zero(&mut self.velocities, frame.len());
+        mobility.apply(&self.forces, &mut self.velocities);
+        zero(&mut self.noise, frame.len());
+        if next.kt > 0.0 {
+            let scale = (2.0 * next.kt * next.dt).sqrt();
+            let white = White::new(next.noise(), &frame);
+            root.add(mobility, &white, scale, &mut self.noise)
+                .map_err(failed)?;
+        }
+        Ok(())
+    }
+
+    /// Carries every position by the flow over one step, then displaces it: Euler's step.
+    pub(crate) fn carry<B: Boundary>(&mut self, system: &System<B>) {
+        let (now, next) = (system.clock.now(), system.clock.next());
+        let carry = system.boundary.carry(now.time, next.time);
+        let (velocities, noise) = (&self.velocities, &self.noise);
+        for_each_chunk(&mut self.positions, |start, chunk| {
+            for (k, r) in chunk.iter_mut().enumerate() {
+                let there = if B::FLOWS { carry * *r } else { *r };
+                *r = there + now.dt * velocities[start + k] + noise[start + k];
+            }
+        });
+    }
+
+    /// Advances a copy of the boundary by one step and wraps the particles into it.
+    pub(crate) fn settle<B: Boundary>(&mut self, system: &System<B>) -> Result<B, StepError> {
+        system
+            .settle(&mut self.positions, &mut self.images)
+            .map_err(|particle| StepError::NotFinite {
+                step: system.clock.next().step,
+                particle,
+                force: self.forces[particle].to_array(),
+            })
+    }
+
+    /// Evaluates the forces of the new state.
+    pub(crate) fn evaluate<B: Boundary, F: ForceField<B>, T: Tally>(
+        &mut self,
+        system: &System<B>,
+        boundary: &B,
+        field: &mut F,
+        tally: &mut T,
+    ) -> Result<(), StepError> {
+        let mut frame = system.frame();
+        frame.now = system.clock.next();
+        frame.boundary = boundary;
+        frame.positions = &self.positions;
+        frame.images = &self.images;
+        zero(&mut self.forces, frame.len());
+        let step = frame.now.step;
+        field
+            .accumulate(&frame, &mut self.forces, tally)
+            .map_err(|source| StepError::Force { step, source })?;
+        match self.forces.iter().position(|f| !f.is_finite()) {
+            None => Ok(()),
+            Some(particle) => Err(StepError::NotFinite {
+                step,
+                particle,
+                force: self.forces[particle].to_array(),
+            }),
+        }
+    }
+
+    /// Makes the stage the system's state.
+    pub(crate) fn commit<B: Boundary>(&mut self, system: &mut System<B>, boundary: B) {
+        let columns = system.particles.columns_mut();
+        swap(columns.positions, &mut self.positions);
+        swap(columns.forces, &mut self.forces);
+        swap(columns.images, &mut self.images);
+        system.boundary = boundary;
+        system.clock.tick();
+    }
+}
+
+pub(crate) fn zero(column: &mut Vec<DVec3>, len: usize) {
+    column.clear();
+    column.resize(len, DVec3::ZERO);
+}
