@@ -8,7 +8,7 @@
 //! | space | lattice | flow | images, in edges of a cube of the same volume, stay apart |
 //! | --- | --- | --- | --- |
 //! | [`Open`](zimm_core::Open) (in the core) | none | none | |
-//! | [`OpenFlow`] | none | any constant velocity gradient | |
+//! | [`OpenFlow`] | none | any velocity gradient | |
 //! | [`PeriodicBox`] | any | none | 1 |
 //! | [`LeesEdwards`] | sheared brick | simple shear | 1 |
 //! | [`KraynikReinelt`] | turned square | planar extension | 0.946, or more with a longer neutral edge |
@@ -16,7 +16,7 @@
 //! | [`UniaxialExtension`] | of a cubic field, turning | uniaxial and biaxial extension | 1.027 |
 //! | [`TriaxialFlow`] | turned cube | extension along any three axes | 0.905 if the axes are perpendicular |
 //!
-//! Flows with a lattice take their rate from a history: kappa(t) = rate(t) K, with K the shape of the flow.
+//! Flows take their rate from a history: kappa(t) = rate(t) K, with K the shape of the flow.
 //!
 //! | history | strain at time t | rate |
 //! | --- | --- | --- |

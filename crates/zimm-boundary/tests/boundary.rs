@@ -27,6 +27,8 @@ proptest! {
     #[test]
     fn law_open_flow(kappa in laws::gradient(0.5), trial in laws::trial()) {
         laws::obeys(&OpenFlow::new(kappa).unwrap(), 3.0, &trial);
+        let wave = Oscillation::new(0.7, 2.0).unwrap();
+        laws::obeys(&OpenFlow::with_history(kappa, wave).unwrap(), 3.0, &trial);
     }
 
     #[test]
