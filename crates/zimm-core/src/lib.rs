@@ -45,24 +45,27 @@ mod stepper;
 mod system;
 mod tally;
 mod verlet;
+mod within;
 
 pub use bonded::{BondForce, Bonded};
 pub use boundary::{Boundary, Open, Periodic, Remap};
 pub use checkpoint::{load, load_file, save, save_file};
 pub use error::{
-    CheckpointError, ForceError, LatticeError, ListError, MobilityError, ParameterError, ParticleError, StepError,
+    CheckpointError, ForceError, LatticeError, ListError, MobilityError, ParameterError,
+    ParticleError, StepError,
 };
 pub use field::ForceField;
 pub use glam::{DMat3, DVec3, IVec3};
 pub use lattice::Lattice;
 pub use measure::{Estimator, Observable};
-pub use molecules::Molecules;
+pub use molecules::{Molecules, Topology, recentre};
 pub use neighbours::{AllPairs, Neighbours, Row};
 pub use pair::{Central, Pair, PairForce, Reads};
 pub use pairwise::Pairwise;
-pub use parallel::for_each_chunk;
+pub use parallel::{for_each_chunk, replicas};
 pub use particles::{Columns, Particles};
 pub use stepper::Stepper;
 pub use system::{Clock, Frame, Now, System};
 pub use tally::{Energy, Item, Tally, Virial};
 pub use verlet::VerletList;
+pub use within::WithinMolecules;

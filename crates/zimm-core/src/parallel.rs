@@ -32,3 +32,38 @@ pub fn for_each_chunk<A: Send>(column: &mut [A], work: impl Fn(usize, &mut [A]) 
         work(k * CHUNK, chunk);
     }
 }
+
+/// An ensemble: runs `work` for the replicas 0, 1, .. on whatever threads there are, and gives what it answers in order.
+///
+/// Replicas are independent scenes, best small ones, each with a seed of its own; the bits of the answers are the same
+/// on any number of threads.
+///
+/// ```
+/// use zimm_core::{Clock, DVec3, Open, Particles, System, replicas};
+///
+/// let times = replicas(3, |replica| {
+///     let particles = Particles::new(vec![DVec3::ZERO])?;
+///     let mut system = System::new(Open, particles, Clock::new(0.1, 1.0, 40 + replica)?);
+///     // ... steps ...
+///     system.clock.tick();
+///     Ok::<_, Box<dyn std::error::Error + Send + Sync>>(system.clock.now().time)
+/// })?;
+/// assert_eq!(times, [0.1, 0.1, 0.1]);
+/// # Ok::<(), Box<dyn std::error::Error + Send + Sync>>(())
+/// ```
+///
+/// # Errors
+/// The first error, in the order of replicas.
+pub fn replicas<A: Send, E: Send>(
+    count: u64,
+    work: impl Fn(u64) -> Result<A, E> + Sync + Send,
+) -> Result<Vec<A>, E> {
+    #[cfg(feature = "rayon")]
+    let answers: Vec<_> = {
+        use rayon::prelude::*;
+        (0..count).into_par_iter().map(work).collect()
+    };
+    #[cfg(not(feature = "rayon"))]
+    let answers: Vec<_> = (0..count).map(work).collect();
+    answers.into_iter().collect()
+}
