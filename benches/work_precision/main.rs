@@ -1,0 +1,93 @@
+//! The work-precision study: what an approximation really errs by, against what it costs. One figure a name, each a
+//! CSV and an SVG.
+//!
+//! ```text
+//! cargo run --release -p benches --bin study                 every figure, into benches/study/
+//! cargo run --release -p benches --bin study -- lattice      one of them
+//! cargo run --release -p benches --bin study -- --quick      coarse ones, in two minutes
+//! ```
+//!
+//! Every figure's file says what it compares; `STUDY.md` shows them and says what to choose when. A figure checks the
+//! orders and rankings that it is there to show, and fails if they do not hold.
+
+mod chart;
+mod lattice;
+
+use chart::Panel;
+use clap::{Parser, ValueEnum};
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+/// What went wrong, in one sentence.
+type Problem = Box<dyn Error + Send + Sync>;
+
+#[derive(Parser)]
+struct Options {
+    /// The figures to make; all if none is named.
+    figures: Vec<Figure>,
+    /// Coarse figures, to see that orders and rankings hold.
+    #[arg(long)]
+    quick: bool,
+    /// Where CSV and SVG go.
+    #[arg(long, default_value = "benches/study")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Figure {
+    /// Error of the carried lattice against the number of periods.
+    Lattice,
+}
+
+fn main() -> Result<(), Problem> {
+    let options = Options::parse();
+    fs::create_dir_all(&options.out)?;
+    let figures = if options.figures.is_empty() {
+        Figure::value_variants()
+    } else {
+        &options.figures
+    };
+    for figure in figures {
+        let value = figure.to_possible_value();
+        let task = Task {
+            name: value.map_or_else(String::new, |value| value.get_name().into()),
+            quick: options.quick,
+            out: options.out.clone(),
+        };
+        match figure {
+            Figure::Lattice => lattice::figure(&task)?,
+        }
+        println!("{}: {}", task.name, task.path("svg").display());
+    }
+    Ok(())
+}
+
+/// One figure to be made.
+struct Task {
+    name: String,
+    /// Whether a coarse figure is enough.
+    quick: bool,
+    out: PathBuf,
+}
+
+impl Task {
+    fn path(&self, extension: &str) -> PathBuf {
+        self.out.join(format!("{}.{extension}", self.name))
+    }
+
+    /// Writes the numbers.
+    fn csv(&self, names: &str, lines: impl IntoIterator<Item = String>) -> Result<(), Problem> {
+        let mut text = format!("{names}\n");
+        for line in lines {
+            text += &line;
+            text.push('\n');
+        }
+        Ok(fs::write(self.path("csv"), text)?)
+    }
+
+    /// Draws the panels side by side.
+    fn draw(&self, panels: &[Panel]) -> Result<(), Problem> {
+        chart::draw(&self.path("svg"), panels)
+    }
+}
