@@ -223,6 +223,9 @@ pub enum ForceError {
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MobilityError {
+    /// Molecules that cannot be put together.
+    #[error(transparent)]
+    List(#[from] ListError),
     /// Beads so large that their periodic mobility has no meaning.
     #[error(
         "beads of radius {radius} do not fit the cell: {quantity} is {found}, but must be {allowed}"

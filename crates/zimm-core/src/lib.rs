@@ -62,7 +62,7 @@ pub use molecules::{Molecules, Topology, recentre};
 pub use neighbours::{AllPairs, Neighbours, Row};
 pub use pair::{Central, Pair, PairForce, Reads};
 pub use pairwise::Pairwise;
-pub use parallel::{for_each_chunk, replicas};
+pub use parallel::{each_block, for_each_chunk, replicas};
 pub use particles::{Columns, Particles};
 pub use stepper::Stepper;
 pub use system::{Clock, Frame, Now, System};

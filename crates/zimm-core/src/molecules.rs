@@ -129,12 +129,7 @@ impl Molecules {
         Self::new(first, count, beads, topology)
     }
 
-    fn new(
-        first: u32,
-        count: u32,
-        beads: u64,
-        topology: Topology,
-    ) -> Result<Self, ParameterError> {
+    fn new(first: u32, count: u32, beads: u64, topology: Topology) -> Result<Self, ParameterError> {
         const MOST: u64 = 1 << 31;
         let end = u64::from(count)
             .saturating_mul(beads)
@@ -193,12 +188,12 @@ impl Molecules {
     pub fn parent(&self, bead: u32) -> Option<u32> {
         let before = bead.checked_sub(1)?;
         Some(match self.topology {
-            Topology::Star { length, .. } if before % length == 0 => 0,
+            Topology::Star { length, .. } if before.is_multiple_of(length) => 0,
             Topology::Comb {
                 backbone,
                 spacing,
                 tooth,
-            } if bead >= backbone && (bead - backbone) % tooth == 0 => {
+            } if bead >= backbone && (bead - backbone).is_multiple_of(tooth) => {
                 spacing / 2 + (bead - backbone) / tooth * spacing
             }
             _ => before,
@@ -221,7 +216,10 @@ impl Molecules {
     /// The pairs of identities that are joined, molecule after molecule, each in the order of [`links`](Self::links).
     pub fn bonds(&self) -> Vec<[u32; 2]> {
         self.iter()
-            .flat_map(|beads| self.links().map(move |[i, j]| [beads.start + i, beads.start + j]))
+            .flat_map(|beads| {
+                self.links()
+                    .map(move |[i, j]| [beads.start + i, beads.start + j])
+            })
             .collect()
     }
 
@@ -275,7 +273,10 @@ pub fn recentre<B: Boundary>(
     molecules: &Molecules,
 ) -> Result<(), ParameterError> {
     if system.boundary.cell().is_some() {
-        let (name, allowed) = ("number of lattice vectors", "0: isolated molecules have no cell");
+        let (name, allowed) = (
+            "number of lattice vectors",
+            "0: isolated molecules have no cell",
+        );
         return Err(ParameterError::new(name, 3.0, allowed));
     }
     let end = molecules.identities().end;
@@ -289,7 +290,11 @@ pub fn recentre<B: Boundary>(
         slots,
         ..
     } = &mut system.particles;
-    let place = |id: u32| slots.get(id as usize).map_or(id as usize, |&slot| slot as usize);
+    let place = |id: u32| {
+        slots
+            .get(id as usize)
+            .map_or(id as usize, |&slot| slot as usize)
+    };
     for beads in molecules.iter() {
         let (mut mass, mut moment) = (0.0, DVec3::ZERO);
         for place in beads.clone().map(place) {

@@ -35,7 +35,8 @@ pub trait Neighbours<B: Boundary>: Sync {
     /// Number of blocks of work; a function of the problem, never of the machine.
     fn blocks(&self) -> usize;
 
-    /// Calls `each` for every row of one block, always in the same order.
+    /// Calls `each` for every row of one block, always in the same order. Mark it `#[inline(always)]`: the driver's loop is
+    /// compiled for the widest lanes, and what it calls is not.
     fn visit(&self, block: usize, each: impl FnMut(Row<'_>));
 
     /// Forgets the past: the next refresh starts anew.
@@ -104,6 +105,7 @@ impl<B: Boundary> Neighbours<B> for AllPairs {
         1
     }
 
+    #[inline(always)]
     fn visit(&self, _: usize, mut each: impl FnMut(Row<'_>)) {
         for (i, j, shift) in &self.pairs {
             each(Row {

@@ -39,6 +39,17 @@ impl Domain {
     /// The random waves of a Brownian displacement that is drawn in reciprocal space.
     pub const BROWNIAN_WAVES: Self = Self(4);
 
+    /// When in a step a pair's turn comes, for schemes that treat pairs one after another.
+    pub const PAIR_TURN: Self = Self(10);
+    /// The new relative velocity of a pair in such a scheme.
+    pub const PAIR_KICK: Self = Self(11);
+
+    /// The same consumer, when it draws again what it has drawn already in this step: attempt 0 is the domain itself,
+    /// and attempts below 2^31 are kept apart.
+    pub const fn again(self, attempt: u32) -> Self {
+        Self(self.0 ^ (attempt as u64) << 33)
+    }
+
     /// A domain for a law of your own: any number, kept apart from the family's.
     pub const fn user(number: u32) -> Self {
         Self(1 << 32 | number as u64)

@@ -202,7 +202,9 @@ where
         }
         let (blocks, places) = (&self.blocks, &self.places);
         for_each_chunk(forces, |start, chunk| {
-            for (force, &k) in chunk.iter_mut().zip(&places[start..]) {
+            // A source of nobody has no places.
+            let places = places.get(start..).unwrap_or_default();
+            for (force, &k) in chunk.iter_mut().zip(places) {
                 for scratch in blocks {
                     if scratch.touched[k as usize / CHUNK] {
                         *force += scratch.forces[k as usize];

@@ -1,7 +1,8 @@
 //! Work in blocks that are cut by the problem, never by the machine: the same bits on any number of threads.
 
-/// Runs `work` on every block's state.
-pub(crate) fn each_block<S: Send>(states: &mut [S], work: impl Fn(usize, &mut S) + Sync + Send) {
+/// Calls `work(block, state)` for the state of every block, on whatever threads there are. For work on blocks of a
+/// [`Neighbours`](crate::Neighbours) source.
+pub fn each_block<S: Send>(states: &mut [S], work: impl Fn(usize, &mut S) + Sync + Send) {
     #[cfg(feature = "rayon")]
     if states.len() > 1 {
         use rayon::prelude::*;

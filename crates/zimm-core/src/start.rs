@@ -19,7 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::{Lattice, Molecules, ParameterError, Particles};
+use crate::{BondForce, Lattice, Molecules, ParameterError, Particles, Topology};
 use glam::DVec3;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal, StandardUniform, UnitSphere};
@@ -64,10 +64,16 @@ pub fn grid(lattice: &Lattice, count: usize) -> Vec<DVec3> {
         .collect()
 }
 
-/// Chains of beads, each a random walk of independent, isotropic bonds from a first bead anywhere in the cell. Bead
-/// after bead and molecule after molecule, as [`Molecules`] counts them. The walks are not folded into the cell.
+/// Molecules in a cell: each grows from a first bead anywhere, bead after bead, by independent and isotropic bonds. Bead
+/// after bead and molecule after molecule, as [`Molecules`] counts them. The beads are not folded into the cell.
 ///
-/// `bond` draws the length of each bond; `|_| 0.8` makes all alike.
+/// `bond` draws the length of each bond; `|_| 0.8` makes all alike, [`BondLength`] gives those of a spring in
+/// equilibrium. Linear molecules, stars and combs without other forces are then in equilibrium.
+///
+/// A ring is a walk of independent bonds that is closed by taking their mean off each. For a Hookean spring that is the
+/// exact equilibrium, a Brownian bridge. For any other it is near it but not in it: the bonds of a ring are not
+/// independent, and what is taken off changes their lengths, even beyond the limit of a spring that has one. Start such
+/// rings from shorter bonds and let them relax.
 pub fn chains<R: Rng>(
     lattice: &Lattice,
     molecules: &Molecules,
@@ -75,16 +81,205 @@ pub fn chains<R: Rng>(
     rng: &mut R,
 ) -> Vec<DVec3> {
     let mut positions = Vec::new();
-    for beads in molecules.iter() {
-        let mut bead = anywhere(lattice, rng);
-        positions.push(bead);
-        for _ in beads.skip(1) {
-            let direction = DVec3::from_array(UnitSphere.sample(rng));
-            bead += bond(rng) * direction;
-            positions.push(bead);
+    for _ in 0..molecules.count() {
+        let first = anywhere(lattice, rng);
+        grow(first, molecules, &mut bond, rng, &mut positions);
+    }
+    positions
+}
+
+/// Molecules in open space, as [`chains`] but each with the mean position of its beads at the origin, where a flow is
+/// at rest.
+///
+/// ```
+/// use zimm_core::{BondForce, Molecules, start};
+///
+/// /// U = Q^2 / 2.
+/// struct Hooke;
+///
+/// impl BondForce for Hooke {
+///     fn force(&self, _: f64) -> f64 {
+///         -1.0
+///     }
+///
+///     fn energy(&self, r2: f64) -> f64 {
+///         0.5 * r2
+///     }
+/// }
+///
+/// // Gaussian rings: the mean square radius of gyration is (N^2 - 1) / (12 N) <Q^2> = 2.475.
+/// let (mut rng, bond) = (start::stream(1), start::BondLength::new(&Hooke, 1.0)?);
+/// let rings = Molecules::ring(0, 10_000, 10)?;
+/// let positions = start::isolated(&rings, |rng| bond.sample(rng), &mut rng);
+/// let sum: f64 = positions.iter().map(|r| r.length_squared()).sum();
+/// assert!((sum / 100_000.0 - 2.475).abs() < 0.05);
+/// # Ok::<(), zimm_core::ParameterError>(())
+/// ```
+pub fn isolated<R: Rng>(
+    molecules: &Molecules,
+    mut bond: impl FnMut(&mut R) -> f64,
+    rng: &mut R,
+) -> Vec<DVec3> {
+    let mut positions = Vec::new();
+    for _ in 0..molecules.count() {
+        let start = positions.len();
+        grow(DVec3::ZERO, molecules, &mut bond, rng, &mut positions);
+        let molecule = &mut positions[start..];
+        let centre = molecule.iter().sum::<DVec3>() / molecule.len() as f64;
+        for position in molecule {
+            *position -= centre;
         }
     }
     positions
+}
+
+fn grow<R: Rng>(
+    first: DVec3,
+    molecules: &Molecules,
+    bond: &mut impl FnMut(&mut R) -> f64,
+    rng: &mut R,
+    positions: &mut Vec<DVec3>,
+) {
+    let mut draw = || {
+        let direction = DVec3::from_array(UnitSphere.sample(rng));
+        bond(rng) * direction
+    };
+    let start = positions.len();
+    positions.push(first);
+    for bead in 1..molecules.beads() {
+        let parent = molecules.parent(bead).unwrap_or_default();
+        let from = positions[start + parent as usize];
+        positions.push(from + draw());
+    }
+    if molecules.topology() == Topology::Ring {
+        let ring = &mut positions[start..];
+        let gap = ring[ring.len() - 1] + draw() - first;
+        let mean = gap / ring.len() as f64;
+        for (bead, position) in ring.iter_mut().enumerate() {
+            *position -= bead as f64 * mean;
+        }
+    }
+}
+
+/// The lengths that a bond takes in equilibrium: the distribution of density r^2 exp(-U(r) / kT), for any spring.
+///
+/// The density is tabulated where it is above 1e-20 of its maximum, at 16384 equal steps, and sampled as if it were
+/// straight between them: the mean square is right to 1e-7 for smooth springs of one well. What makes the density jump
+/// costs more, such as a limit that is reached at a finite energy.
+///
+/// ```
+/// # use zimm_core::{BondForce, start};
+/// # struct Hooke;
+/// # impl BondForce for Hooke {
+/// #     fn force(&self, _: f64) -> f64 { -1.0 }
+/// #     fn energy(&self, r2: f64) -> f64 { 0.5 * r2 }
+/// # }
+/// // The median of Maxwell's distribution.
+/// let bond = start::BondLength::new(&Hooke, 1.0)?;
+/// assert!((bond.quantile(0.5) - 1.538172).abs() < 1e-6);
+/// # Ok::<(), zimm_core::ParameterError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct BondLength {
+    least: f64,
+    step: f64,
+    /// The density at the nodes of the table, and its integral up to them.
+    density: Vec<f64>,
+    integral: Vec<f64>,
+}
+
+impl BondLength {
+    /// The lengths of a spring at thermal energy `kt`.
+    ///
+    /// # Errors
+    /// If `kt` or the limit of the spring is not above zero, its energy is nowhere finite, or it does not hold the
+    /// beads together.
+    pub fn new(spring: &impl BondForce, kt: f64) -> Result<Self, ParameterError> {
+        let kt = ParameterError::positive("kt", kt)?;
+        let logarithm = |r: f64| 2.0 * r.ln() - spring.energy(r * r) / kt;
+        let (mut least, mut most) = found_anywhere(spring.limit(), logarithm)?;
+        loop {
+            let step = (most - least) / PANELS as f64;
+            let nodes: Vec<f64> = (0..=PANELS).map(|k| least + k as f64 * step).collect();
+            let heights: Vec<f64> = nodes.iter().map(|&r| logarithm(r)).collect();
+            let (from, to, highest) = above_the_floor(&heights)?;
+            if 2 * (to - from) < PANELS && step > f64::EPSILON * most {
+                (least, most) = (nodes[from], nodes[to]);
+                continue;
+            }
+            let density: Vec<f64> = heights.iter().map(|h| (h - highest).exp()).collect();
+            let mut integral = vec![0.0];
+            let mut sum = 0.0;
+            for pair in density.windows(2) {
+                sum += 0.5 * (pair[0] + pair[1]);
+                integral.push(sum);
+            }
+            return Ok(Self {
+                least,
+                step,
+                density,
+                integral,
+            });
+        }
+    }
+
+    /// The length that a fraction `p` of all bonds does not reach.
+    pub fn quantile(&self, p: f64) -> f64 {
+        let goal = p.clamp(0.0, 1.0) * self.integral[PANELS];
+        let node = self.integral.partition_point(|&sum| sum < goal);
+        let panel = node.clamp(1, PANELS) - 1;
+        let rest = goal - self.integral[panel];
+        let (here, slope) = (
+            self.density[panel],
+            self.density[panel + 1] - self.density[panel],
+        );
+        let root = (here * here + 2.0 * slope * rest).max(0.0).sqrt();
+        let part = 2.0 * rest / (here + root).max(f64::MIN_POSITIVE);
+        self.least + (panel as f64 + part.min(1.0)) * self.step
+    }
+
+    /// A length.
+    pub fn sample(&self, rng: &mut impl Rng) -> f64 {
+        self.quantile(StandardUniform.sample(rng))
+    }
+}
+
+const PANELS: usize = 1 << 14;
+
+/// Where a density of this logarithm is at all, whatever its scale: eight lengths an octave over all that squares do
+/// not overflow for, or down from the limit.
+fn found_anywhere(
+    limit: f64,
+    logarithm: impl Fn(f64) -> f64,
+) -> Result<(f64, f64), ParameterError> {
+    const LONGEST: f64 = 1e100;
+    if limit <= 0.0 || limit.is_nan() {
+        let allowed = "above zero";
+        return Err(ParameterError::new("limit of the spring", limit, allowed));
+    }
+    let top = limit.min(LONGEST);
+    let length = |k: i32| top * (f64::from(k) / 8.0).exp2();
+    let lengths: Vec<f64> = (-5400..=0).map(length).collect();
+    let heights: Vec<f64> = lengths.iter().map(|&r| logarithm(r)).collect();
+    let (from, to, _) = above_the_floor(&heights)?;
+    if limit > LONGEST && to + 1 == lengths.len() {
+        let (name, allowed) = ("longest bond", "held back by the spring");
+        return Err(ParameterError::new(name, lengths[to], allowed));
+    }
+    Ok((lengths[from], lengths[to]))
+}
+
+/// The nodes between which is all that matters, and the maximum.
+fn above_the_floor(heights: &[f64]) -> Result<(usize, usize, f64), ParameterError> {
+    const DEPTH: f64 = 46.0;
+    let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    ParameterError::finite("greatest logarithm of the density", highest)?;
+    // At least, not above: a maximum of -1e40, of a stiff spring between two nodes, less the depth is itself.
+    let matters = |&height: &f64| height >= highest - DEPTH;
+    let from = heights.iter().position(matters).unwrap_or(0);
+    let to = heights.iter().rposition(matters).unwrap_or(0);
+    let last = heights.len() - 1;
+    Ok((from.saturating_sub(1), (to + 1).min(last), highest))
 }
 
 /// Peculiar velocities drawn from Maxwell and Boltzmann's distribution, `<c c> = (kt / m) I`, less the velocity of the

@@ -3,6 +3,7 @@
 use crate::neighbours::not_finite;
 use crate::{Boundary, Frame, ListError, Molecules, Neighbours, Row};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Every pair of beads of the same molecule, and no other: excluded volume of isolated chains, in open space or in a
 /// cell.
@@ -59,52 +60,59 @@ impl WithinMolecules {
 /// Cuts rows into blocks of about as many pairs each.
 fn cuts(molecules: &Molecules) -> Vec<u32> {
     const PAIRS: u64 = 1 << 14;
+    const MOST: u64 = 16;
     let (count, beads) = (u64::from(molecules.count()), u64::from(molecules.beads()));
     let work = count * (beads * (beads - 1) / 2);
-    let blocks = (work / PAIRS).clamp(1, 16);
-    let identities = molecules.identities();
-    let mut cuts = vec![identities.start];
+    let blocks = (work / PAIRS).clamp(1, MOST);
+    let Range { start, end } = molecules.identities();
+    let mut cuts = vec![start];
     let mut done = 0;
-    for (identity, bead) in identities.clone().zip((0..beads).cycle()) {
+    for (identity, bead) in (start..end).zip((0..beads).cycle()) {
         done += beads - 1 - bead;
-        if done * blocks >= work * cuts.len() as u64 && (cuts.len() as u64) < blocks {
+        let begun = cuts.len() as u64;
+        if begun < blocks && done * blocks >= begun * work {
             cuts.push(identity + 1);
         }
     }
-    cuts.push(identities.end);
+    cuts.push(end);
     cuts
 }
 
 impl<B: Boundary> Neighbours<B> for WithinMolecules {
     fn refresh(&mut self, frame: &Frame<'_, B>, cutoff: f64) -> Result<bool, ListError> {
-        let (reach, particles) = (frame.boundary.reach(), frame.len());
-        if !(cutoff >= 0.0) {
+        let particles = frame.len();
+        let most = f64::INFINITY;
+        if !(0.0..=most).contains(&cutoff) {
+            let images = 2.0 * frame.boundary.reach();
             return Err(ListError::Cutoff {
                 cutoff,
-                images: 2.0 * reach,
-                most: f64::INFINITY,
+                images,
+                most,
             });
         }
         let end = self.molecules.identities().end;
         if end as usize > particles {
+            let identity = end - 1;
             return Err(ListError::NoSuchParticle {
-                identity: end - 1,
+                identity,
                 particles,
             });
         }
         if let Some(particle) = frame.positions.iter().position(|r| !r.is_finite()) {
             return Err(not_finite(particle, frame.positions[particle]));
         }
-        let changed = self.order.len() != particles || !frame.is_in_order(&self.order);
+        let order = (0..particles as u32).filter_map(|identity| frame.place(identity));
+        let order = order.map(|place| place as u32);
+        let changed = !order.clone().eq(self.order.iter().copied());
         if changed {
+            self.order = order.collect();
             self.identities = (0..particles as u32).collect();
-            self.order = places(frame);
         }
         self.positions.clear();
-        let in_order = self.order.iter().map(|&place| frame.positions[place as usize]);
-        self.positions.extend(in_order);
+        let here = |&place: &u32| frame.positions[place as usize];
+        self.positions.extend(self.order.iter().map(here));
         if frame.boundary.cell().is_some() {
-            self.put_together(frame.boundary, reach)?;
+            self.put_together(frame)?;
         }
         Ok(changed)
     }
@@ -121,7 +129,42 @@ impl<B: Boundary> Neighbours<B> for WithinMolecules {
         self.cuts.len() - 1
     }
 
+    #[inline(always)]
     fn visit(&self, block: usize, mut each: impl FnMut(Row<'_>)) {
-        todo!()
+        let (first, beads) = (self.molecules.identities().start, self.molecules.beads());
+        for i in self.cuts[block]..self.cuts[block + 1] {
+            let end = first + ((i - first) / beads + 1) * beads;
+            if let Some(js @ [_, ..]) = self.identities.get(i as usize + 1..end as usize) {
+                let shift = DVec3::ZERO;
+                each(Row { i, shift, js });
+            }
+        }
+    }
+}
+
+impl WithinMolecules {
+    /// Puts each bead into the image that its bond leads to.
+    fn put_together<B: Boundary>(&mut self, frame: &Frame<'_, B>) -> Result<(), ListError> {
+        let reach = frame.boundary.reach();
+        let here = |identity: u32| frame.positions[self.order[identity as usize] as usize];
+        for beads in self.molecules.iter() {
+            for j in beads.clone().skip(1) {
+                let parent = self.molecules.parent(j - beads.start);
+                let i = beads.start + parent.unwrap_or_default();
+                let bond = frame.boundary.min_image(here(j) - here(i));
+                let length = bond.length();
+                let resolved = length < reach;
+                if !resolved {
+                    return Err(ListError::BeyondCell {
+                        i,
+                        j,
+                        length,
+                        reach,
+                    });
+                }
+                self.positions[j as usize] = self.positions[i as usize] + bond;
+            }
+        }
+        Ok(())
     }
 }

@@ -253,6 +253,14 @@ fn law_the_same_bits_on_any_number_of_threads() {
     assert!(run(5) == one);
 }
 
+/// More particles than one chunk of a column.
+#[test]
+fn extreme_nobody_has_neighbours_however_many_there_are() {
+    let system = fluid(Cell::at_rest(tilted(3000.0)), 9000, 5);
+    let (forces, ()) = forces_of(&mut Pairwise::new(Soft, ()), &system);
+    assert!(forces.iter().all(|&f| f == DVec3::ZERO));
+}
+
 /// The tally's presence is not to be seen in the forces.
 #[test]
 fn law_a_tally_changes_no_bit() {
