@@ -226,6 +226,43 @@ mod tests {
         assert_honest(&coverage(1.0, 0.0, 0.0, 1000, 2000));
     }
 
+    // The Ornstein-Uhlenbeck process A' = A - 0.9 A dt + normal sqrt(dt), dt = 0.01, for T = 20 000 (2 000 000 samples).
+    // Its variance is dt / (1 - (1 - 0.9 dt)^2) = 0.55807, the plateau of its error 1 / (0.9 sqrt(T)) = 0.007857, 15
+    // times the error of independent samples. Four runs, seeds 77 to 80. Blocks of 4096 samples are 37 correlation times
+    // long and show 1 - 1/37 of the squared plateau; 1952 of them know it to sqrt(2 / 1952) = 3.2 %, bound 4 of that: 6.4 %
+    // of the error. The error chosen is known less well, and must be within 4 of its own uncertainty, below 15 %. The
+    // variance, as the mean of A^2, has an error of 0.75 % from 36 000 independent samples: bound 3 %.
+    #[test]
+    fn limit_the_plateau_of_an_ornstein_uhlenbeck_process() {
+        let (dt, samples, runs) = (0.01_f64, 2_000_000, 4);
+        let exact = dt / (1.0 - (1.0 - 0.9 * dt).powi(2));
+        approx::assert_relative_eq!(exact, 0.558_07, max_relative = 1e-5);
+        let plateau = 1.0 / (0.9 * (samples as f64 * dt).sqrt());
+        let (mut variance, mut square) = (0.0, 0.0);
+        for seed in 77..77 + runs {
+            let mut random = Random::new(seed);
+            let mut average = BlockAverage::new();
+            let mut a = exact.sqrt() * random.normal();
+            for _ in 0..samples {
+                average.push(a);
+                variance += a * a / (samples * runs) as f64;
+                a += -0.9 * a * dt + dt.sqrt() * random.normal();
+            }
+            let level = average.levels()[12];
+            assert_eq!(level.length, 4096);
+            square += (level.error / plateau).powi(2) / runs as f64;
+            let mean = average.estimate().unwrap();
+            assert!(mean.value.abs() < 4.0 * plateau, "{mean}");
+            let StandardError::Plateau { error, uncertainty } = mean.error else {
+                panic!("{mean}");
+            };
+            assert!(uncertainty < 0.15 * plateau, "{uncertainty}");
+            assert!((error - plateau).abs() < 4.0 * uncertainty, "{error}");
+        }
+        assert!((variance / exact - 1.0).abs() < 0.03, "{variance}");
+        assert!((square - 0.973).abs() < 0.128, "{square}");
+    }
+
     // Integrated autocorrelation time (1 + phi) / (1 - phi) = 19 samples: 431 independent ones.
     #[test]
     fn limit_an_autoregressive_process_is_covered() {

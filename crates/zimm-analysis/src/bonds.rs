@@ -3,9 +3,9 @@
 use crate::AnalysisError;
 use crate::chain::map_chains;
 use crate::tensor::{outer, trace};
-use zimm_core::{Boundary, DMat3, Frame, Molecules, Observable};
+use zimm_core::{Boundary, DMat3, DVec3, Frame, Molecules, Observable};
 
-/// Means over the bonds Q between successive beads of molecules: the stretch `<QQ>` and the orientation `<uu>` with
+/// Means over the bonds Q of molecules: the stretch `<QQ>` and the orientation `<uu>` with
 /// u = Q / |Q|.
 ///
 /// ```
@@ -22,7 +22,7 @@ use zimm_core::{Boundary, DMat3, Frame, Molecules, Observable};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct BondStatistics {
-    /// The molecules, linear ones of one length.
+    /// The molecules.
     pub molecules: Molecules,
 }
 
@@ -38,26 +38,18 @@ pub struct BondMoments {
 }
 
 impl BondMoments {
-    /// `<Q^2>`, in length squared.
-    pub fn mean_square_length(&self) -> f64 {
-        trace(&self.stretch)
-    }
-}
-
-impl<B: Boundary, T> Observable<B, T> for BondStatistics {
-    type Output = Result<BondMoments, AnalysisError>;
-
-    fn measure(&mut self, frame: &Frame<'_, B>, _: &T) -> Self::Output {
+    /// The moments of any connectors: of the end-to-end vectors of [`EndToEnd`](crate::EndToEnd), say.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub fn of(connectors: impl IntoIterator<Item = DVec3>) -> Result<Self, AnalysisError> {
         let (mut bonds, mut stretch, mut orientation) = (0_u64, DMat3::ZERO, DMat3::ZERO);
-        map_chains(frame, &self.molecules, |_, beads| {
-            for (here, there) in beads.iter().zip(beads.iter().skip(1)) {
-                let bond = there - here;
-                let direction = bond.normalize_or_zero();
-                bonds += 1;
-                stretch += outer(bond, bond);
-                orientation += outer(direction, direction);
-            }
-        })?;
+        for bond in connectors {
+            let direction = bond.normalize_or_zero();
+            bonds += 1;
+            stretch += outer(bond, bond);
+            orientation += outer(direction, direction);
+        }
         if bonds == 0 {
             let (what, found, needed) = ("bonds", 0, 1);
             return Err(AnalysisError::TooFew {
@@ -67,11 +59,35 @@ impl<B: Boundary, T> Observable<B, T> for BondStatistics {
             });
         }
         let per_bond = 1.0 / bonds as f64;
-        Ok(BondMoments {
+        Ok(Self {
             bonds,
             stretch: stretch * per_bond,
             orientation: orientation * per_bond,
         })
+    }
+
+    /// `<Q^2>`, in length squared.
+    pub fn mean_square_length(&self) -> f64 {
+        trace(&self.stretch)
+    }
+
+    /// The order parameter about an axis n of length 1, `(3 <(u . n)^2> - 1) / 2`: 1 if all bonds lie along it, 0 if
+    /// they point anywhere, -1/2 if all lie across.
+    pub fn order(&self, axis: DVec3) -> f64 {
+        1.5 * axis.dot(self.orientation * axis) - 0.5
+    }
+}
+
+impl<B: Boundary, T> Observable<B, T> for BondStatistics {
+    type Output = Result<BondMoments, AnalysisError>;
+
+    fn measure(&mut self, frame: &Frame<'_, B>, _: &T) -> Self::Output {
+        let mut connectors = Vec::new();
+        map_chains(frame, &self.molecules, |_, beads| {
+            let links = self.molecules.links();
+            connectors.extend(links.map(|[i, j]| beads[j as usize] - beads[i as usize]));
+        })?;
+        BondMoments::of(connectors)
     }
 }
 
@@ -79,7 +95,6 @@ impl<B: Boundary, T> Observable<B, T> for BondStatistics {
 mod tests {
     use super::*;
     use crate::scene::{Cell, Random, at};
-    use zimm_core::DVec3;
 
     // 20 000 dumbbells with Gaussian connectors of variances 0.04, 0.09, 0.01: the moments of the normal distribution
     // and, for equal variances, the isotropic orientation 1/3. Seed 41; standard errors sqrt(2 / 20 000) = 1 % of each
@@ -121,6 +136,49 @@ mod tests {
                 );
             }
         }
+    }
+
+    // Rods along x, across it, and an isotropic set of directions: the corners of a cube.
+    #[test]
+    fn limit_order_about_an_axis() {
+        let order = |bonds: &[DVec3]| {
+            BondMoments::of(bonds.iter().copied())
+                .unwrap()
+                .order(DVec3::X)
+        };
+        assert_eq!(order(&[DVec3::X, -3.0 * DVec3::X]), 1.0);
+        assert_eq!(order(&[DVec3::Y, DVec3::Z]), -0.5);
+        let corners =
+            [DVec3::ONE, DVec3::new(1.0, 1.0, -1.0)].map(|r| [r, r * DVec3::new(1.0, -1.0, 1.0)]);
+        let corners: Vec<_> = corners
+            .as_flattened()
+            .iter()
+            .flat_map(|&r| [r, -r])
+            .collect();
+        assert!(order(&corners).abs() < 1e-15);
+    }
+
+    // An equilateral ring across images, and a star with arms along x, y and z: bonds as the topology has them.
+    #[test]
+    fn limit_rings_and_stars() {
+        let corner = |k| {
+            let angle = std::f64::consts::TAU * f64::from(k) / 3.0;
+            DVec3::new(angle.cos(), angle.sin(), 0.9)
+        };
+        let arms = DVec3::AXES.map(|axis| [axis, 2.0 * axis]);
+        let star = std::iter::once(DVec3::ZERO).chain(arms.as_flattened().iter().copied());
+        let positions = (0..3).map(corner).chain(star).collect();
+        let system = at(Cell::lees_edwards(DVec3::splat(3.6), 1.0), positions);
+        let measure = |molecules| {
+            BondStatistics { molecules }
+                .measure(&system.frame(), &())
+                .unwrap()
+        };
+        let ring = measure(Molecules::ring(0, 1, 3).unwrap());
+        assert!((ring.mean_square_length() - 3.0).abs() < 1e-12 && ring.bonds == 3);
+        let star = measure(Molecules::star(3, 1, 3, 2).unwrap());
+        assert!((star.mean_square_length() - 1.0).abs() < 1e-12 && star.bonds == 6);
+        assert!(star.order(DVec3::X).abs() < 1e-12);
     }
 
     #[test]

@@ -1,52 +1,48 @@
-//! Chains that lie across images, put together bead by bead.
+//! Molecules that lie across images, put together bead by bead.
 
 use crate::AnalysisError;
 use zimm_core::{Boundary, DVec3, Frame, Molecules};
 
-/// Calls `each` with the places of every molecule's beads and with the beads, unwrapped from the first one by the
-/// nearest images of the bonds: right whatever images the beads are in, however long the chain, as long as each bond is
-/// shorter than the cell resolves.
+/// Calls `each` with the places of every molecule's beads and with the beads, unwrapped from the first one along the
+/// bonds by their nearest images: right whatever images the beads are in, however large the molecule, as long as each
+/// bond is shorter than the cell resolves.
 pub(crate) fn map_chains<B: Boundary, A>(
     frame: &Frame<'_, B>,
     molecules: &Molecules,
     mut each: impl FnMut(&[usize], &[DVec3]) -> A,
 ) -> Result<Vec<A>, AnalysisError> {
     let reach = frame.boundary.reach();
-    let (mut places, mut beads) = (Vec::new(), Vec::<DVec3>::new());
-    let mut results = Vec::with_capacity(molecules.iter().len());
+    let (mut places, mut beads) = (Vec::<usize>::new(), Vec::<DVec3>::new());
+    let mut results = Vec::with_capacity(molecules.count() as usize);
     for (molecule, identities) in molecules.iter().enumerate() {
         places.clear();
         beads.clear();
-        let mut before: Option<(u32, DVec3)> = None;
+        let start = identities.start;
         for identity in identities {
             let place = frame.place(identity).ok_or(AnalysisError::NoSuchParticle {
                 molecule,
                 identity,
                 particles: frame.len(),
             })?;
-            let here = frame.positions[place];
-            let unwrapped = match (before, beads.last()) {
-                (Some((previous, there)), Some(bead)) => {
-                    let bond = frame.boundary.min_image(here - there);
-                    let length = bond.length();
-                    let resolved = length < reach;
-                    if !resolved {
-                        let (i, j) = (previous, identity);
-                        return Err(AnalysisError::BeyondCell {
-                            molecule,
-                            i,
-                            j,
-                            length,
-                            reach,
-                        });
-                    }
-                    bead + bond
+            let mut bead = frame.positions[place];
+            if let Some(parent) = molecules.parent(identity - start) {
+                let before = parent as usize;
+                let bond = (frame.boundary).min_image(bead - frame.positions[places[before]]);
+                let length = bond.length();
+                let resolved = length < reach;
+                if !resolved {
+                    return Err(AnalysisError::BeyondCell {
+                        molecule,
+                        i: start + parent,
+                        j: identity,
+                        length,
+                        reach,
+                    });
                 }
-                _ => here,
-            };
+                bead = beads[before] + bond;
+            }
             places.push(place);
-            beads.push(unwrapped);
-            before = Some((identity, here));
+            beads.push(bead);
         }
         results.push(each(&places, &beads));
     }

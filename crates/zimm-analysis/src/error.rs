@@ -1,7 +1,7 @@
 //! Why a measurement or an average has no answer.
 
 use thiserror::Error;
-use zimm_core::{ListError, ParameterError};
+use zimm_core::{ListError, ParameterError, Topology};
 
 /// Why a measurement or an average has no answer. It is never a NaN instead.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -41,10 +41,8 @@ pub enum AnalysisError {
         /// The length expected.
         expected: usize,
     },
-    /// A ratio whose denominator cannot be told from zero.
-    #[error(
-        "the denominator of a ratio is {mean} with an error of at least {error}: too close to zero"
-    )]
+    /// Something to divide by that cannot be told from zero.
+    #[error("what to divide by is {mean} with an error of at least {error}: too close to zero")]
     Denominator {
         /// Its mean.
         mean: f64,
@@ -77,12 +75,12 @@ pub enum AnalysisError {
         /// Half the shortest lattice vector.
         reach: f64,
     },
-    /// A particle that moved so far between two measurements that its way is ambiguous.
+    /// A particle or molecule that moved so far between two measurements that its way is ambiguous.
     #[error(
-        "particle {particle} moved by {distance} between two measurements; at most {most} can be followed"
+        "particle (or molecule) {particle} moved by {distance} between two measurements; at most {most} can be followed"
     )]
     TooFar {
-        /// Identity of the particle.
+        /// Identity of the particle, or index of the molecule.
         particle: usize,
         /// How far its nearest image moved.
         distance: f64,
@@ -98,6 +96,12 @@ pub enum AnalysisError {
         period: f64,
         /// How many of them a lattice vector spans.
         periods: f64,
+    },
+    /// Molecules of another topology than what is measured makes sense for.
+    #[error("this is for linear molecules; these are {topology:?}")]
+    NotLinear {
+        /// How their beads are joined.
+        topology: Topology,
     },
     /// The source of pairs failed.
     #[error(transparent)]

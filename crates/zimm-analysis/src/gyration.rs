@@ -21,7 +21,7 @@ use zimm_core::{Boundary, DMat3, DVec3, Frame, Molecules, Observable};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct GyrationTensor {
-    /// The molecules, linear ones of one length.
+    /// The molecules.
     pub molecules: Molecules,
 }
 
@@ -36,7 +36,7 @@ impl<B: Boundary, T> Observable<B, T> for GyrationTensor {
 /// The squared radius of gyration of each molecule, (1/N) sum |r - r_cm|^2.
 #[derive(Clone, Copy, Debug)]
 pub struct SquaredRadius {
-    /// The molecules, linear ones of one length.
+    /// The molecules.
     pub molecules: Molecules,
 }
 

@@ -6,18 +6,33 @@
 //!
 //! | to measure | from a frame | over time |
 //! | --- | --- | --- |
+//! | **stress** | | |
 //! | stress, pressure, what they are made of | [`Stress`] | [`BlockAverage`], [`BlockAverages`] |
-//! | viscosity, normal stress coefficients | [`Stress`] | [`Viscometer`] |
-//! | one viscosity for any homogeneous flow | [`Stress`] | [`FlowViscosity`] |
+//! | polymer stress in Brownian dynamics, also in open space | [`ChainStress`] | as below |
+//! | the same in steady flow with less noise, without hydrodynamics | [`GiesekusStress`] | as below |
+//! | viscosity, normal stress coefficients | any of these | [`Viscometer`] |
+//! | one viscosity for any homogeneous flow | any of these | [`FlowViscosity`] |
+//! | extinction angle | any of these, or an orientation | [`ExtinctionAngle`] |
 //! | drag of a bead, from dumbbells in a flow | [`Stress`], [`BondStatistics`] | [`GiesekusDrag`] |
 //! | viscosity and relaxation modulus at rest | [`Stress`] | [`GreenKubo`] |
+//! | **temperature** | | |
 //! | temperature of velocities | [`KineticTemperature`] | [`BlockAverage`] |
 //! | temperature of positions | [`ConfigurationalTemperature`] | [`RatioAverage`] |
-//! | size and shape of molecules | [`GyrationTensor`], [`SquaredRadius`], [`EndToEnd`] | [`BlockAverage`] |
-//! | stretch and orientation of bonds | [`BondStatistics`] | [`BlockAverage`] |
+//! | **molecules** | | |
+//! | size and shape | [`GyrationTensor`], [`SquaredRadius`], [`EndToEnd`], [`Extent`] | [`BlockAverage`] |
+//! | stretch, orientation, order | [`BondStatistics`], [`BondMoments::of`] | [`BlockAverage`] |
+//! | modes and relaxation times | [`RouseModes`], [`EndToEnd`] | [`Autocorrelation`] |
+//! | form factor | [`FormFactor`] | [`BlockAverages`] |
+//! | **structure and transport** | | |
 //! | structure of the fluid | [`RadialDistribution`] | [`BlockAverages`] |
-//! | diffusion of particles or molecules | [`Unwrapped`], [`CentresOfMass`]; in a flow [`NonAffine`] | [`MeanSquareDisplacement`] |
+//! | diffusion where momentum is conserved | [`Unwrapped`], [`CentresOfMass`]; in a flow [`NonAffine`] | [`MeanSquareDisplacement`] |
+//! | diffusion in Brownian dynamics, at rest or in a flow | [`Displacement`] | [`MeanSquareDisplacement`] |
 //! | density, velocity, temperature across the cell | [`Profile`] | [`ProfileAverage`] |
+//!
+//! One long run is averaged by blocks ([`BlockAverage`], [`RatioAverage`]), many short ones by trajectories
+//! ([`EnsembleAverage`], [`EnsembleRatio`]). Means of several runs are joined by [`Mean::combined`] and extrapolated, to
+//! long chains, large cells or small steps, by [`PolynomialFit`]. [`overlap_concentration`] and [`cell_edge`] say how
+//! large a cell of a solution is.
 //!
 //! Every estimate is a [`Mean`]. Its error is either known ([`StandardError::Plateau`]) or bounded from below
 //! ([`StandardError::AtLeast`]), and nobody can read the one for the other. What cannot be computed is an
@@ -38,48 +53,74 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod autocorrelation;
 mod block_average;
 mod blocks;
 mod bonds;
 mod chain;
+mod chain_stress;
 mod configurational_temperature;
+mod displacement;
 mod end_to_end;
+mod ensemble_average;
+mod ensemble_ratio;
 mod error;
+mod extent;
+mod extinction_angle;
 mod flow_viscosity;
+mod followed;
+mod form_factor;
 mod giesekus_drag;
+mod giesekus_stress;
 mod green_kubo;
 mod gyration;
 mod kinetic_temperature;
 mod mean;
 mod mean_square_displacement;
 mod non_affine;
+mod overlap;
 mod pairs;
+mod polynomial_fit;
 mod profile;
 mod radial_distribution;
 mod ratio_average;
+mod rouse_modes;
 #[cfg(test)]
 mod scene;
 mod stress;
 mod tensor;
+mod trajectories;
 mod unwrapped;
 mod viscometer;
 
+pub use autocorrelation::{Autocorrelation, Decay};
 pub use block_average::{BlockAverage, BlockAverages, BlockLevel};
 pub use bonds::{BondMoments, BondStatistics};
+pub use chain_stress::ChainStress;
 pub use configurational_temperature::ConfigurationalTemperature;
+pub use displacement::Displacement;
 pub use end_to_end::EndToEnd;
+pub use ensemble_average::EnsembleAverage;
+pub use ensemble_ratio::EnsembleRatio;
 pub use error::AnalysisError;
+pub use extent::Extent;
+pub use extinction_angle::ExtinctionAngle;
 pub use flow_viscosity::FlowViscosity;
+pub use form_factor::FormFactor;
 pub use giesekus_drag::{Drag, GiesekusDrag};
+pub use giesekus_stress::GiesekusStress;
 pub use green_kubo::{GreenKubo, Relaxation};
 pub use gyration::{GyrationTensor, SquaredRadius};
 pub use kinetic_temperature::{KineticTemperature, Temperature};
 pub use mean::{Mean, StandardError};
 pub use mean_square_displacement::{Diffusion, MeanSquareDisplacement, periodic_correction};
 pub use non_affine::NonAffine;
+pub use overlap::{cell_edge, overlap_concentration};
+pub use polynomial_fit::PolynomialFit;
 pub use profile::{Layer, LayerMeans, Profile, ProfileAverage};
 pub use radial_distribution::RadialDistribution;
 pub use ratio_average::RatioAverage;
+pub use rouse_modes::RouseModes;
 pub use stress::{Stress, StressBudget};
 pub use unwrapped::{CentresOfMass, Unwrapped};
 pub use viscometer::{ShearFunctions, Viscometer};

@@ -1,19 +1,23 @@
 //! A mean and what is known of its error.
 
+use crate::{AnalysisError, PolynomialFit};
 use std::fmt;
 
 /// A mean with its standard error.
 ///
-/// Printed, it carries its error, and says so if that is only a lower bound:
+/// Printed, it carries its error, and says so if that is only a lower bound. The short form `{:#}`, for tables, has the
+/// error in units of the last digits:
 ///
 /// ```
 /// use zimm_analysis::{Mean, StandardError};
 ///
 /// let viscosity = Mean { value: 0.8192, error: StandardError::Plateau { error: 0.0123, uncertainty: 0.001 } };
 /// assert_eq!(viscosity.to_string(), "0.819 ± 0.012");
+/// assert_eq!(format!("{viscosity:#}"), "0.819(12)");
 ///
 /// let short_run = Mean { value: 0.8192, error: StandardError::AtLeast(0.0123) };
 /// assert_eq!(short_run.to_string(), "0.819 ± at least 0.012 (no plateau)");
+/// assert_eq!(format!("{short_run:#}"), "0.819(>12)");
 /// assert_eq!(short_run.standard_error(), None);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,10 +102,59 @@ impl Mean {
         };
         Self { value, error }
     }
+
+    /// One mean of several independent ones of the same quantity, each weighted by the inverse square of its error:
+    /// the constant of [`PolynomialFit`], with its error. If the means scatter more than their errors explain, the
+    /// error grows accordingly.
+    ///
+    /// ```
+    /// use zimm_analysis::{Mean, StandardError};
+    ///
+    /// let mean = |value, error| Mean { value, error: StandardError::Plateau { error, uncertainty: 0.0 } };
+    /// let friction = Mean::combined(&[mean(1.0, 0.1), mean(1.1, 0.2)])?;
+    /// assert_eq!(format!("{friction:#}"), "1.02(9)");
+    /// # Ok::<(), zimm_analysis::AnalysisError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If there is no mean, one is not finite, or an error is not above zero.
+    pub fn combined(means: &[Self]) -> Result<Self, AnalysisError> {
+        let points: Vec<_> = means.iter().map(|&mean| (0.0, mean)).collect();
+        Ok(PolynomialFit::<1>::new(&points)?.at(0.0))
+    }
+
+    /// A value with its error in units of the last digits, which are two if the first of them is 1.
+    fn short(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (value, error) = (self.value, self.at_least());
+        let mark = if self.standard_error().is_some() {
+            ""
+        } else {
+            ">"
+        };
+        if !(error > 0.0 && error.is_finite()) {
+            write!(f, "{value:.4}")?;
+            return match self.error {
+                StandardError::Plateau { .. } => Ok(()),
+                StandardError::AtLeast(error) => write!(f, "(>{error})"),
+            };
+        }
+        let exponent = error.log10().floor() as i32;
+        let two_digits = i32::from(error < 1.95 * 10.0_f64.powi(exponent));
+        let decimals = (two_digits - exponent).clamp(0, 17) as usize;
+        if exponent < 0 {
+            let last_digits = error * 10.0_f64.powi(decimals as i32);
+            write!(f, "{value:.decimals$}({mark}{last_digits:.0})")
+        } else {
+            write!(f, "{value:.decimals$}({mark}{error:.decimals$})")
+        }
+    }
 }
 
 impl fmt::Display for Mean {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if f.alternate() {
+            return self.short(f);
+        }
         let digits = f.precision().unwrap_or_else(|| decimals(self.at_least()));
         match self.error {
             StandardError::Plateau { error, .. } => {
@@ -161,5 +214,47 @@ mod tests {
         assert_eq!(format!("{:.1}", known(1.26, 0.04, 0.01)), "1.3 ± 0.0");
         assert_eq!(known(1234.4, 52.0, 1.0).to_string(), "1234 ± 52");
         assert_eq!(known(1.0, 0.0, 0.0).to_string(), "1.000000 ± 0.000000");
+    }
+
+    #[test]
+    fn law_the_short_form_has_the_error_in_its_last_digits() {
+        for (value, error, text) in [
+            (0.05634, 0.00042, "0.0563(4)"),
+            (0.9123, 0.0124, "0.912(12)"),
+            (2.35, 0.97, "2.4(10)"),
+            (-3.21, 1.4, "-3.2(1.4)"),
+            (512.4, 37.0, "512(37)"),
+            (1.0, 0.0, "1.0000"),
+        ] {
+            assert_eq!(format!("{:#}", known(value, error, 0.0)), text);
+        }
+        for (error, text) in [(0.03, "0.91(>3)"), (0.0, "0.9123(>0)")] {
+            let short = Mean {
+                value: 0.9123,
+                error: StandardError::AtLeast(error),
+            };
+            assert_eq!(format!("{short:#}"), text);
+        }
+        assert_eq!(format!("{:#}", known(1.0, 1e-300, 0.0)).len(), 22);
+    }
+
+    // Weights 1/9 and 1/16: value (1/9 + 2/16) / (25/144) = 1.36, error 12/5; the scatter is a tenth of a sigma. The
+    // second pair is ten errors apart, chi^2 = 50: the error of 1/sqrt(2) grows to sqrt(25) = 5, half the distance.
+    #[test]
+    fn law_means_combine_by_their_errors() {
+        let found = Mean::combined(&[known(1.0, 3.0, 0.3), known(2.0, 4.0, 0.8)]).unwrap();
+        approx::assert_relative_eq!(found.value, 1.36, max_relative = 1e-14);
+        approx::assert_relative_eq!(found.at_least(), 2.4, max_relative = 1e-14);
+        let found = Mean::combined(&[known(0.0, 1.0, 0.1), known(10.0, 1.0, 0.1)]).unwrap();
+        approx::assert_relative_eq!(found.standard_error().unwrap(), 5.0, max_relative = 1e-14);
+        let unsettled = Mean {
+            value: 1.0,
+            error: StandardError::AtLeast(1.0),
+        };
+        let found = Mean::combined(&[unsettled, known(1.0, 1.0, 0.1)]).unwrap();
+        assert!(found.standard_error().is_none());
+        assert!(Mean::combined(&[]).is_err());
+        assert!(Mean::combined(&[known(1.0, 0.0, 0.0)]).is_err());
+        assert!(Mean::combined(&[known(f64::NAN, 1.0, 0.0)]).is_err());
     }
 }

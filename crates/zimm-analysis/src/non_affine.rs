@@ -1,6 +1,7 @@
 //! Where particles would be had the flow not carried them.
 
 use crate::AnalysisError;
+use crate::followed::Followed;
 use zimm_core::{Boundary, DVec3, Frame, Observable};
 
 /// The displacement of every particle relative to the flow, summed from one measurement to the next, by identity.
@@ -27,14 +28,7 @@ use zimm_core::{Boundary, DVec3, Frame, Observable};
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct NonAffine {
-    last: Option<Last>,
-}
-
-#[derive(Clone, Debug)]
-struct Last {
-    time: f64,
-    positions: Vec<DVec3>,
-    displacements: Vec<DVec3>,
+    followed: Followed,
 }
 
 impl<B: Boundary, T> Observable<B, T> for NonAffine {
@@ -47,39 +41,11 @@ impl<B: Boundary, T> Observable<B, T> for NonAffine {
                 *entry = r;
             }
         }
-        let mut displacements = vec![DVec3::ZERO; frame.len()];
-        if let Some(last) = &self.last {
-            if last.positions.len() != frame.len() {
-                return Err(AnalysisError::Length {
-                    sample: 1,
-                    found: frame.len(),
-                    expected: last.positions.len(),
-                });
-            }
-            let carry = frame.boundary.carry(last.time, frame.now.time);
-            let most = 0.5 * frame.boundary.reach();
-            for (particle, (&now, &then)) in positions.iter().zip(&last.positions).enumerate() {
-                let moved = frame.boundary.min_image(now - carry * then);
-                let distance = moved.length();
-                if distance > most {
-                    return Err(AnalysisError::TooFar {
-                        particle,
-                        distance,
-                        most,
-                    });
-                }
-                displacements[particle] = last.displacements[particle] + moved;
-            }
-            let mean = displacements.iter().sum::<DVec3>() / frame.len().max(1) as f64;
-            for displacement in &mut displacements {
-                *displacement -= mean;
-            }
+        let mut displacements = self.followed.to(frame, positions)?;
+        let mean = displacements.iter().sum::<DVec3>() / frame.len().max(1) as f64;
+        for displacement in &mut displacements {
+            *displacement -= mean;
         }
-        self.last = Some(Last {
-            time: frame.now.time,
-            positions,
-            displacements: displacements.clone(),
-        });
         Ok(displacements)
     }
 }

@@ -1,7 +1,7 @@
 //! Ratios of means, with the covariance of numerator and denominator in the error.
 
 use crate::blocks::{Blocks, plateau};
-use crate::{AnalysisError, Mean};
+use crate::{AnalysisError, Mean, StandardError};
 use zimm_core::Estimator;
 
 /// The ratio of two means of the same run, `R = <a> / <b>`, and its standard error.
@@ -49,26 +49,32 @@ impl Estimator for RatioAverage {
     }
 
     fn estimate(&self) -> Self::Estimate {
-        const CLEAR_OF_ZERO: f64 = 4.0;
-        let [numerator, denominator] = self.blocks.means()?;
-        let (error, _) = plateau(&self.blocks.errors([0.0, 1.0]));
-        let below = Mean {
-            value: denominator,
-            error,
-        };
-        if denominator == 0.0 || denominator.abs() < CLEAR_OF_ZERO * below.at_least() {
-            return Err(AnalysisError::Denominator {
-                mean: denominator,
-                error: below.at_least(),
-            });
-        }
-        let value = numerator / denominator;
-        let (error, _) = plateau(
-            &self
-                .blocks
-                .errors([1.0 / denominator, -value / denominator]),
-        );
-        Ok(Mean { value, error })
+        ratio(self.blocks.means()?, |w| plateau(&self.blocks.errors(w)).0)
+    }
+}
+
+/// The ratio of two means, where `error` tells the error of the mean of w_0 a + w_1 b.
+pub(crate) fn ratio(
+    [numerator, denominator]: [f64; 2],
+    error: impl Fn([f64; 2]) -> StandardError,
+) -> Result<Mean, AnalysisError> {
+    clear_of_zero(Mean {
+        value: denominator,
+        error: error([0.0, 1.0]),
+    })?;
+    let value = numerator / denominator;
+    let error = error([1.0 / denominator, -value / denominator]);
+    Ok(Mean { value, error })
+}
+
+/// Refuses to divide by a mean closer to zero than four of its errors.
+pub(crate) fn clear_of_zero(below: Mean) -> Result<(), AnalysisError> {
+    const CLEAR_OF_ZERO: f64 = 4.0;
+    let (mean, error) = (below.value, below.at_least());
+    if mean == 0.0 || mean.abs() < CLEAR_OF_ZERO * error {
+        Err(AnalysisError::Denominator { mean, error })
+    } else {
+        Ok(())
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the tests need: a tilted cell that shears, and random numbers.
 
+use std::f64::consts::PI;
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{
     BondForce, Boundary, Clock, DMat3, DVec3, IVec3, Lattice, Particles, Periodic, Remap, System,
@@ -115,6 +116,96 @@ impl Periodic for Cell {
     fn lattice(&self) -> &Lattice {
         &self.lattice
     }
+}
+
+/// Open space in a planar mixed flow of this gradient.
+#[derive(Clone, Debug)]
+pub(crate) struct Flow(pub(crate) DMat3);
+
+impl Boundary for Flow {
+    const FLOWS: bool = true;
+
+    fn min_image(&self, dr: DVec3) -> DVec3 {
+        dr
+    }
+
+    fn wrap(&self, r: DVec3) -> (DVec3, IVec3) {
+        (r, IVec3::ZERO)
+    }
+
+    fn gradient(&self) -> DMat3 {
+        self.0
+    }
+
+    /// exp(kappa t) = cosh(e t) + sinh(e t) kappa / e in the plane, as kappa^2 = e^2 there.
+    fn carry(&self, from: f64, to: f64) -> DMat3 {
+        let (e, t) = (self.0.x_axis.x, to - from);
+        let slope = if e == 0.0 { t } else { (e * t).sinh() / e };
+        let cosh = (e * t).cosh();
+        DMat3::from_diagonal(DVec3::new(cosh, cosh, 1.0)) + self.0 * slope
+    }
+}
+
+/// kappa = [[e, g, 0], [0, -e, 0], [0, 0, 0]].
+pub(crate) fn planar_mixed(e: f64, g: f64) -> DMat3 {
+    DMat3::from_cols(DVec3::X * e, DVec3::new(g, -e, 0.0), DVec3::ZERO)
+}
+
+/// A symmetric tensor without xz and yz.
+pub(crate) fn planar(xx: f64, xy: f64, yy: f64, zz: f64) -> DMat3 {
+    DMat3::from_cols(
+        DVec3::new(xx, xy, 0.0),
+        DVec3::new(xy, yy, 0.0),
+        DVec3::Z * zz,
+    )
+}
+
+/// Mode p of a chain of n beads at one bead, orthonormal.
+pub(crate) fn mode(n: u32, p: u32, bead: u32) -> f64 {
+    let angle = PI * f64::from(p) * (f64::from(bead) + 0.5) / f64::from(n);
+    (2.0 / f64::from(n)).sqrt() * angle.cos()
+}
+
+/// Stiffness of mode p, 4 sin^2(p pi / 2n): the relaxation time of its stress is 2 over this, in units of lambda_H.
+pub(crate) fn stiffness(n: u32, p: u32) -> f64 {
+    4.0 * (PI * f64::from(p) / f64::from(2 * n)).sin().powi(2)
+}
+
+/// 3 (n - 1) chains of n beads whose modes p = 1, 2, ... have exactly these second moments, averaged over the chains,
+/// and no moments between modes: averages over a Gaussian distribution without noise.
+pub(crate) fn chains_of_moments(moments: &[DMat3]) -> Vec<DVec3> {
+    let n = moments.len() as u32 + 1;
+    let mut positions = Vec::new();
+    for (p, &moment) in (1..n).zip(moments) {
+        for column in cholesky(moment) {
+            let along = column * f64::from(3 * (n - 1)).sqrt();
+            positions.extend((0..n).map(|bead| mode(n, p, bead) * along));
+        }
+    }
+    positions
+}
+
+/// Columns of the lower triangle L with L L^T the symmetric matrix given.
+fn cholesky(m: DMat3) -> [DVec3; 3] {
+    let first = m.x_axis / m.x_axis.x.sqrt();
+    let rest = m.y_axis - first * first.y;
+    let second = rest / rest.y.sqrt();
+    let rest = m.z_axis - first * first.z - second * second.z;
+    let third = rest / rest.z.sqrt();
+    [first, second, third]
+}
+
+/// The second moments of the modes of Hookean chains of n beads in a steady planar mixed flow without hydrodynamic
+/// interactions, in units of l_H and lambda_H.
+pub(crate) fn rouse_moments(n: u32, e: f64, g: f64) -> Vec<DMat3> {
+    let moment = |p| {
+        let tau = 2.0 / stiffness(n, p);
+        let yy = 1.0 / (1.0 + 2.0 * e * tau);
+        let xy = g * tau * yy;
+        let xx = (1.0 + 2.0 * g * tau * xy) / (1.0 - 2.0 * e * tau);
+        planar(xx, xy, yy, 1.0) * (1.0 / stiffness(n, p))
+    };
+    (1..n).map(moment).collect()
 }
 
 /// F = -H Q.

@@ -1,7 +1,7 @@
 //! The stress, item by item.
 
 use crate::tensor::{outer, trace};
-use zimm_core::{DMat3, Frame, Item, Observable, Periodic, Virial};
+use zimm_core::{DMat3, DVec3, Frame, Item, Observable, Periodic, Tally, Virial};
 
 /// The stress of a frame, item by item, from the velocities and the virial that the force loop tallied.
 ///
@@ -10,8 +10,8 @@ use zimm_core::{DMat3, Frame, Item, Observable, Periodic, Virial};
 /// ```
 ///
 /// with c the peculiar velocity, r_ij = r_i - r_j and F_ij the force on i from j (Irving and Kirkwood, J.
-/// Chem. Phys. 18, 817, 1950; Bird's pi is -sigma). A scene without velocities (overdamped) has no kinetic item; the
-/// isotropic stress of its ideal gas, -n kT, is then missing.
+/// Chem. Phys. 18, 817, 1950; Bird's pi is -sigma). A scene without velocities is overdamped: its kinetic item is the
+/// mean over the velocities that were integrated out, -(N / V) kT 1.
 ///
 /// A stress needs a cell, and a scene that tallies its virial: a [`Virial`], or a tuple that begins with one.
 ///
@@ -53,6 +53,9 @@ impl<B: Periodic> Observable<B, Virial> for Stress {
 
     fn measure(&mut self, frame: &Frame<'_, B>, virial: &Virial) -> StressBudget {
         let mut kinetic = DMat3::ZERO;
+        if frame.velocities.is_empty() {
+            kinetic = DMat3::IDENTITY * (frame.len() as f64 * frame.now.kt);
+        }
         for (place, &c) in frame.velocities.iter().enumerate() {
             kinetic += outer(frame.mass(place) * c, c);
         }
@@ -96,6 +99,16 @@ impl StressBudget {
         self.virial.item(item) * (-1.0 / self.volume)
     }
 
+    /// The budget with one item left out, for what the rest adds up to.
+    pub fn without(mut self, item: Item) -> Self {
+        let heard = self.virial.item(item);
+        let columns = [heard.x_axis, heard.y_axis, heard.z_axis];
+        for (column, axis) in columns.into_iter().zip(DVec3::AXES) {
+            self.virial.hear(item, column, -axis, &|| 0.0);
+        }
+        self
+    }
+
     /// The whole stress.
     pub fn total(&self) -> DMat3 {
         (self.kinetic + self.virial.total()) * (-1.0 / self.volume)
@@ -125,7 +138,8 @@ impl StressBudget {
     /// ```
     ///
     /// (Bird, Curtiss, Armstrong and Hassager 1987, sec. 13.3, whose tau_p is -sigma_p). It is zero on average at
-    /// equilibrium.
+    /// equilibrium if springs are the only forces between beads. In Brownian dynamics with others,
+    /// [`ChainStress`](crate::ChainStress) counts them all.
     pub fn kramers(&self, springs: usize, kt: f64) -> DMat3 {
         self.item(Item::Spring) - DMat3::IDENTITY * (springs as f64 * kt / self.volume)
     }
@@ -144,9 +158,9 @@ pub(crate) fn viscometric(sigma: DMat3) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::BlockAverage;
-    use crate::scene::{Cell, Hooke, Random, system};
+    use crate::scene::{Cell, Hooke, Random, at, system};
     use approx::assert_relative_eq;
-    use zimm_core::{Bonded, DVec3, Energy, Estimator, ForceField, Particles, Tally};
+    use zimm_core::{Bonded, Energy, Estimator, ForceField, Particles};
 
     #[test]
     fn law_signs_and_items_of_the_budget() {
@@ -181,6 +195,10 @@ mod tests {
             .iter()
             .fold(budget.kinetic(), |sum, &item| sum + budget.item(item));
         assert!((sum - budget.total()).abs_diff_eq(DMat3::ZERO, 1e-15));
+        let left = budget.without(Item::Random);
+        assert_eq!(left.item(Item::Random), DMat3::ZERO);
+        let difference = budget.total() - budget.item(Item::Random);
+        assert!((left.total() - difference).abs_diff_eq(DMat3::ZERO, 1e-15));
         assert_relative_eq!(budget.pressure(), (15.0 + 3.0 * 15.0) / 24.0);
         assert_relative_eq!(budget.shear(), -(6.0 + 0.5 * 15.0) / 8.0);
         assert_relative_eq!(budget.normal_differences()[0], -(3.0 - 12.0 - 45.0) / 8.0);
@@ -198,6 +216,14 @@ mod tests {
         let budget = Stress.measure(&system.frame(), &virial);
         assert_relative_eq!(budget.item(Item::Spring).x_axis.x, 2.0 / 64.0);
         assert_relative_eq!(budget.kramers(1, 1.0).x_axis.x, 1.0 / 64.0);
+    }
+
+    #[test]
+    fn law_an_overdamped_ideal_gas_has_its_pressure() {
+        let still = at(Cell::cube(2.0), vec![DVec3::ZERO; 3]);
+        let budget = Stress.measure(&still.frame(), &Virial::default());
+        assert_eq!(budget.kinetic(), DMat3::IDENTITY * (-3.0 / 8.0));
+        assert_relative_eq!(budget.pressure(), 3.0 / 8.0);
     }
 
     // An ideal gas of n Hookean dumbbells: springs take one particle's worth of pressure, P = n kT / V, and their

@@ -29,9 +29,12 @@ impl<B: Boundary, T> Observable<B, T> for Unwrapped {
 }
 
 /// The unwrapped centre of mass of every molecule relative to that of all particles.
+///
+/// Where momentum is conserved the common drift means nothing. In Brownian dynamics it is diffusion:
+/// [`Displacement`](crate::Displacement) keeps it.
 #[derive(Clone, Copy, Debug)]
 pub struct CentresOfMass {
-    /// The molecules, linear ones of one length.
+    /// The molecules.
     pub molecules: Molecules,
 }
 
