@@ -523,6 +523,7 @@ mod tests {
     fn law_domains_are_independent() {
         for [first, second] in [
             [Domain::DPD, Domain::LANGEVIN],
+            [Domain::PAIR_TURN, Domain::PAIR_KICK],
             [Domain::DPD, Domain::user(1)],
             [Domain::user(0), Domain::user(1)],
         ] {

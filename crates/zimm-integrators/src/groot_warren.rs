@@ -61,14 +61,9 @@ use zimm_core::{Boundary, DVec3, ForceField, ParameterError, StepError, Stepper,
 #[derive(Clone, Debug)]
 pub struct GrootWarren {
     lambda: f64,
-    keeps_momentum: bool,
     stage: Stage,
     predicted: Vec<DVec3>,
 }
-
-/// Steps between two removals of momentum. In between rounding grows by `exp(100 rate dt)`, which is 22 000 at
-/// `rate dt = 0.1`.
-const REMOVAL_INTERVAL: u64 = 100;
 
 impl GrootWarren {
     /// A scheme that predicts velocities `lambda` of a step ahead.
@@ -81,7 +76,6 @@ impl GrootWarren {
         }
         Ok(Self {
             lambda,
-            keeps_momentum: false,
             stage: Stage::default(),
             predicted: Vec::new(),
         })
@@ -89,7 +83,7 @@ impl GrootWarren {
 
     /// Leaves the total peculiar momentum as it comes, rounding included.
     pub fn keeping_momentum(mut self) -> Self {
-        self.keeps_momentum = true;
+        self.stage.keeps_momentum = true;
         self
     }
 }
@@ -122,25 +116,9 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for GrootWarren {
         let seen = predicts.then_some(predicted.as_slice());
         stage.evaluate(system, &boundary, seen, field, &mut heard)?;
         stage.kick(system, half)?;
-        if F::CONSERVES_MOMENTUM && !self.keeps_momentum && next.step % REMOVAL_INTERVAL == 1 {
-            remove_momentum(&mut stage.velocities, system.particles.masses());
-        }
+        stage.rest::<B, F>(system);
         stage.commit(system, boundary);
         tally.absorb(heard);
         Ok(())
-    }
-}
-
-/// Takes the velocity of the centre of mass off all velocities.
-fn remove_momentum(velocities: &mut [DVec3], masses: &[f64]) {
-    let mass = |k: usize| masses.get(k).copied().unwrap_or(1.0);
-    let (mut momentum, mut total) = (DVec3::ZERO, 0.0);
-    for (k, &c) in velocities.iter().enumerate() {
-        momentum += mass(k) * c;
-        total += mass(k);
-    }
-    let drift = momentum / total;
-    for c in velocities {
-        *c -= drift;
     }
 }

@@ -3,9 +3,9 @@
 
 mod common;
 
-use common::{Cell, Fails, Fault, bits, crowd};
-use zimm_core::{Energy, ForceField, StepError, Stepper, System};
-use zimm_integrators::{GrootWarren, Langevin};
+use common::{Cell, Fails, Fault, Rub, bits, crowd};
+use zimm_core::{AllPairs, Energy, ForceField, StepError, Stepper, System};
+use zimm_integrators::{DpdBaoab, GrootWarren, Langevin, LoweAndersen, Shardlow};
 
 type Crowd = zimm_core::Pairwise<common::Smooth, zimm_core::AllPairs>;
 
@@ -74,4 +74,19 @@ fn law_failure_leaves_no_trace_in_groot_warren() {
 #[test]
 fn law_failure_leaves_no_trace_in_langevin() {
     law_failure_leaves_no_trace(|| Langevin::new(0.5).unwrap());
+}
+
+#[test]
+fn law_failure_leaves_no_trace_in_lowe_andersen() {
+    law_failure_leaves_no_trace(|| LoweAndersen::new(30.0, 1.0, AllPairs::default()).unwrap());
+}
+
+#[test]
+fn law_failure_leaves_no_trace_in_shardlow() {
+    law_failure_leaves_no_trace(|| Shardlow::new(Rub { gamma: 5.0 }, AllPairs::default()));
+}
+
+#[test]
+fn law_failure_leaves_no_trace_in_dpd_baoab() {
+    law_failure_leaves_no_trace(|| DpdBaoab::new(Rub { gamma: 5.0 }, AllPairs::default()));
 }

@@ -3,7 +3,8 @@
 
 use zimm_core::{
     AllPairs, Boundary, Central, Clock, DMat3, DVec3, ForceError, ForceField, Frame, IVec3,
-    Lattice, ListError, Now, Pair, PairForce, Pairwise, Particles, Reads, Remap, System, Tally,
+    Lattice, ListError, Now, Pair, PairForce, Pairwise, Particles, Periodic, Reads, Remap, System,
+    Tally,
 };
 
 /// A cube that shear `u_x = rate y` carries; at rest with a rate of zero.
@@ -62,6 +63,12 @@ impl Boundary for Cell {
 
     fn cell(&self) -> Option<DMat3> {
         Some(self.lattice.basis())
+    }
+}
+
+impl Periodic for Cell {
+    fn lattice(&self) -> &Lattice {
+        &self.lattice
     }
 }
 
@@ -201,6 +208,28 @@ impl PairForce for Smooth {
 
     fn energy(&self, pair: &Pair) -> f64 {
         self.stiffness * (1.0 - pair.r2).max(0.0).powi(4)
+    }
+}
+
+/// F = -gamma u along the line of centres up to a distance of 1, the same at all distances.
+#[derive(Clone, Copy)]
+pub struct Rub {
+    pub gamma: f64,
+}
+
+impl PairForce for Rub {
+    const READS: Reads = Reads {
+        velocity: true,
+        ..Reads::NOTHING
+    };
+
+    fn cutoff(&self) -> f64 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn force(&self, pair: &Pair, _: &Now) -> Central {
+        Central::dissipative(-self.gamma * pair.rv / pair.r2)
     }
 }
 
