@@ -22,6 +22,7 @@
 //! | size and shape | [`GyrationTensor`], [`SquaredRadius`], [`EndToEnd`], [`Extent`] | [`BlockAverage`] |
 //! | stretch, orientation, order | [`BondStatistics`], [`BondMoments::of`] | [`BlockAverage`] |
 //! | modes and relaxation times | [`RouseModes`], [`EndToEnd`] | [`Autocorrelation`] |
+//! | springs that passed through each other, distances between springs | [`Crossings`], [`SpringDistribution`] | [`BlockAverage`] |
 //! | form factor | [`FormFactor`] | [`BlockAverages`] |
 //! | **structure and transport** | | |
 //! | structure of the fluid | [`RadialDistribution`] | [`BlockAverages`] |
@@ -60,6 +61,7 @@ mod bonds;
 mod chain;
 mod chain_stress;
 mod configurational_temperature;
+mod crossings;
 mod displacement;
 mod end_to_end;
 mod ensemble_average;
@@ -98,6 +100,7 @@ pub use block_average::{BlockAverage, BlockAverages, BlockLevel};
 pub use bonds::{BondMoments, BondStatistics};
 pub use chain_stress::ChainStress;
 pub use configurational_temperature::ConfigurationalTemperature;
+pub use crossings::{Crossings, SpringDistances, SpringDistribution};
 pub use displacement::Displacement;
 pub use end_to_end::EndToEnd;
 pub use ensemble_average::EnsembleAverage;

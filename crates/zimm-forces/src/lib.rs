@@ -12,6 +12,7 @@
 //! | [`DpdRandom`] | (2 gamma kT / dt)^1/2 w_R theta_ij, w_R = w_D^1/2 | Espanol and Warren 1995 |
 //! | [`LennardJones`] | 24 epsilon (2 (sigma / r)^12 - (sigma / r)^6) / r | Lennard-Jones 1931 |
 //! | [`Wca`] | the same, its repulsive part only | Weeks, Chandler and Andersen 1971 |
+//! | [`NarrowGaussian`] | (kT z* / d*^5) r exp(-r^2 / 2 d*^2) | Prakash and Ottinger 1999 |
 //!
 //! Along a bond ([`BondForce`](zimm_core::BondForce), driven by [`Bonded`](zimm_core::Bonded)):
 //!
@@ -21,6 +22,14 @@
 //! | [`Fraenkel`] | H (Q - l) | Fraenkel 1952 |
 //! | [`Fene`] | H Q / (1 - Q^2 / Q_0^2) | Warner 1972 |
 //! | [`MarkoSiggia`] | (H Q_0 / 6) (4 q - 1 + 1 / (1 - q)^2), q = Q / Q_0 | Marko and Siggia 1995 |
+//!
+//! Between any two bonds as straight segments ([`SegmentForce`], driven by [`SegmentRepulsion`]):
+//!
+//! | law | force at distance D | source |
+//! | --- | --- | --- |
+//! | [`PanManke`] | 3 a (1 - 3 D / r_c) | Pan and Manke 2003 |
+//! | [`KumarLarson`] | A alpha exp(-alpha D) | Kumar and Larson 2001 |
+//! | [`Phantom`] | none, but tallies hear of it | |
 //!
 //! On every particle ([`ForceField`](zimm_core::ForceField)):
 //!
@@ -43,7 +52,9 @@ mod hooke;
 mod length;
 mod lennard_jones;
 mod marko_siggia;
+mod narrow_gaussian;
 mod reverse_poiseuille;
+mod segment_repulsion;
 mod wca;
 
 pub use constant_force::ConstantForce;
@@ -56,5 +67,9 @@ pub use fraenkel::Fraenkel;
 pub use hooke::Hooke;
 pub use lennard_jones::LennardJones;
 pub use marko_siggia::MarkoSiggia;
+pub use narrow_gaussian::NarrowGaussian;
 pub use reverse_poiseuille::ReversePoiseuille;
+pub use segment_repulsion::{
+    Approach, KumarLarson, PanManke, Phantom, SegmentForce, SegmentRepulsion,
+};
 pub use wca::Wca;

@@ -5,6 +5,7 @@ mod body_forces;
 mod dpd;
 mod dpd_fluid;
 mod hard_pairs;
+mod narrow_gaussian;
 mod springs;
 
 use zimm_core::{Now, Pair, PairForce, ParameterError};
@@ -28,8 +29,8 @@ fn slope(f: impl Fn(f64) -> f64, x: f64) -> f64 {
     (8.0 * (f(x + h) - f(x - h)) - (f(x + 2.0 * h) - f(x - 2.0 * h))) / (12.0 * h)
 }
 
-/// Gauss and Legendre's rule of five points on equal panels.
-fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64, panels: usize) -> f64 {
+/// Nodes and weights of Gauss and Legendre's rule of five points on equal panels.
+fn gauss_legendre(from: f64, to: f64, panels: usize) -> impl Iterator<Item = (f64, f64)> {
     const NODES: [(f64, f64); 5] = [
         (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
         (-0.538_469_310_105_683, 0.478_628_670_499_366_5),
@@ -38,14 +39,17 @@ fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64, panels: usize) -> f64 {
         (0.906_179_845_938_664, 0.236_926_885_056_189_1),
     ];
     let half = 0.5 * (to - from) / panels as f64;
-    let panel = |k: usize| {
+    (0..panels).flat_map(move |k| {
         let centre = from + (2 * k + 1) as f64 * half;
-        NODES
-            .iter()
-            .map(|(x, w)| half * w * f(centre + half * x))
-            .sum::<f64>()
-    };
-    (0..panels).map(panel).sum()
+        NODES.map(|(x, w)| (centre + half * x, half * w))
+    })
+}
+
+/// The integral by that rule.
+fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64, panels: usize) -> f64 {
+    gauss_legendre(from, to, panels)
+        .map(|(x, w)| w * f(x))
+        .sum()
 }
 
 /// A parameter is refused at each of these values, by name and with the number in the error.
