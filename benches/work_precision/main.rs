@@ -10,6 +10,7 @@
 //! Every figure's file says what it compares; `STUDY.md` shows them and says what to choose when. A figure checks the
 //! orders and rankings that it is there to show, and fails if they do not hold.
 
+mod chain_steps;
 mod chart;
 mod lattice;
 
@@ -38,6 +39,8 @@ struct Options {
 enum Figure {
     /// Error of the carried lattice against the number of periods.
     Lattice,
+    /// Error of schemes for bead-spring chains against step and CPU time.
+    ChainSteps,
 }
 
 fn main() -> Result<(), Problem> {
@@ -57,6 +60,7 @@ fn main() -> Result<(), Problem> {
         };
         match figure {
             Figure::Lattice => lattice::figure(&task)?,
+            Figure::ChainSteps => chain_steps::figure(&task)?,
         }
         println!("{}: {}", task.name, task.path("svg").display());
     }

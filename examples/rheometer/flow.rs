@@ -1,6 +1,5 @@
 //! The flows that the rheometer knows.
 
-use crate::{LIMIT, Problem};
 use clap::ValueEnum;
 use zimm::prelude::*;
 
@@ -37,15 +36,6 @@ impl Flow {
         }
     }
 
-    /// Rates that show something. Extension stretches vortices that vary along the neutral axis of planar flows: beyond a
-    /// rate of 0.3, which is nu (2 pi / L_z)^2 of this fluid in this cell, the fluid would stir itself.
-    pub(crate) fn default_rates(self) -> Vec<f64> {
-        match self {
-            Self::Shear => vec![0.1, 0.2, 0.4, 0.8],
-            Self::Extension | Self::Mixed | Self::Uniaxial => vec![0.05, 0.1, 0.2, 0.28],
-        }
-    }
-
     /// The customary viscosity of the flow over the one by which it dissipates ([`FlowViscosity`]): eta in shear and mixed
     /// flow, eta_1 = (sigma_xx - sigma_yy) / rate in planar extension, Trouton's
     /// (sigma_xx - (sigma_yy + sigma_zz) / 2) / rate in uniaxial extension.
@@ -56,34 +46,19 @@ impl Flow {
             Self::Uniaxial => 3.0,
         }
     }
-}
 
-/// A cube in shear. Springs reach across half of it.
-pub(crate) fn shear(rate: f64) -> Result<LeesEdwards<Steady>, Problem> {
-    Ok(LeesEdwards::new(
-        DVec3::splat(2.0 * LIMIT),
-        Steady::new(rate)?,
-    )?)
-}
-
-/// The smallest cell in which no spring meets an image of itself.
-pub(crate) fn extension(rate: f64) -> Result<KraynikReinelt<Steady>, Problem> {
-    Ok(KraynikReinelt::box_for_cutoff(LIMIT, Steady::new(rate)?)?)
-}
-
-/// The smallest cell in which no spring meets an image of itself.
-pub(crate) fn mixed(rate: f64, mixedness: f64) -> Result<PlanarMixed<Steady>, Problem> {
-    Ok(PlanarMixed::box_for_cutoff(
-        LIMIT,
-        mixedness,
-        Steady::new(rate)?,
-    )?)
-}
-
-/// The smallest cell in which no spring meets an image of itself.
-pub(crate) fn uniaxial(rate: f64) -> Result<UniaxialExtension<Steady>, Problem> {
-    Ok(UniaxialExtension::box_for_cutoff(
-        LIMIT,
-        Steady::new(rate)?,
-    )?)
+    /// The velocity gradient at rate 1.
+    pub(crate) fn shape(self, mixedness: f64) -> DMat3 {
+        let diagonal = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
+        match self {
+            Self::Shear => DMat3::from_cols(DVec3::ZERO, DVec3::X, DVec3::ZERO),
+            Self::Extension => diagonal(1.0, -1.0, 0.0),
+            Self::Uniaxial => diagonal(1.0, -0.5, -0.5),
+            Self::Mixed => {
+                let rates = MixedRates::from_strain_rate(1.0, mixedness);
+                let (e, g) = (rates.extension_rate, rates.shear_rate);
+                DMat3::from_cols(e * DVec3::X, DVec3::new(g, -e, 0.0), DVec3::ZERO)
+            }
+        }
+    }
 }

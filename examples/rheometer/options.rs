@@ -1,13 +1,19 @@
 //! The command line.
 
 use crate::flow::Flow;
-use clap::Parser;
+use crate::{bd, dpd};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, ValueEnum};
 use std::path::PathBuf;
 
-/// Deforms a DPD solution of FENE dumbbells and measures what a rheometer would.
+/// Deforms a polymer solution and measures what a rheometer would.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "rheometer")]
 pub(crate) struct Options {
+    /// How the solution is simulated.
+    #[arg(long, value_enum, default_value_t = Method::Dpd)]
+    pub(crate) method: Method,
+
     /// The flow.
     #[arg(long, value_enum, default_value_t = Flow::Shear)]
     pub(crate) flow: Flow,
@@ -17,10 +23,14 @@ pub(crate) struct Options {
     #[arg(allow_negative_numbers = true)]
     pub(crate) mixedness: f64,
 
-    /// Rates, in 1/tau; some that suit the flow if not given.
+    /// Rates, in 1/tau (dpd) or 1/lambda_H (bd); some that suit the flow if not given.
     #[arg(long, value_name = "RATE,..", value_delimiter = ',', value_parser = rate)]
     #[arg(allow_negative_numbers = true)]
     pub(crate) rates: Vec<f64>,
+
+    /// The molecules of --method bd.
+    #[command(flatten)]
+    pub(crate) molecules: Molecule,
 
     /// A coarse run of a few seconds.
     #[arg(long)]
@@ -52,6 +62,98 @@ pub(crate) struct Options {
     pub(crate) resume: bool,
 }
 
+/// How a solution is simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Method {
+    /// Dissipative particle dynamics: FENE dumbbells among particles of solvent.
+    Dpd,
+    /// Brownian dynamics: isolated bead-spring chains.
+    Bd,
+}
+
+/// A spring law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Spring {
+    /// Finitely extensible, after Warner.
+    Fene,
+    /// Hookean: Rouse chains.
+    Hooke,
+    /// Worm-like chain, after Marko and Siggia.
+    Wlc,
+}
+
+/// How the flow goes on in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Protocol {
+    /// Steady flow.
+    Steady,
+    /// From rest into the flow.
+    StartUp,
+    /// From the steady flow to rest.
+    Cessation,
+    /// Rest after a sudden strain of the size of the rate.
+    Step,
+    /// Small oscillations, with the rates as angular frequencies.
+    Oscillation,
+}
+
+/// How beads move each other through the solvent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Hydrodynamics {
+    /// Not at all.
+    None,
+    /// Isolated chains, Rotne-Prager-Yamakawa.
+    Rpy,
+    /// Many chains in a periodic cell, Ewald sums.
+    Ewald,
+    /// The same, on a mesh.
+    Mesh,
+}
+
+/// A bead-spring chain of --method bd, in units of kT, l_H = sqrt(kT / H) and lambda_H = zeta / 4H.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct Molecule {
+    /// Beads of a chain.
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = beads)]
+    pub(crate) beads: u32,
+
+    /// Springs between them.
+    #[arg(long, value_enum, default_value_t = Spring::Fene)]
+    pub(crate) spring: Spring,
+
+    /// Extensibility b = H Q_0^2 / kT of FENE and worm-like springs.
+    #[arg(long, value_name = "B", default_value_t = 50.0, value_parser = extensibility)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) extensibility: f64,
+
+    /// Strength z* of the excluded volume U/kT = (z*/d*^3) exp(-r^2 / 2 d*^2); none if not given.
+    #[arg(long, value_name = "Z", value_parser = strength, allow_negative_numbers = true)]
+    pub(crate) excluded_volume: Option<f64>,
+
+    /// Range d* of the excluded volume.
+    #[arg(long, value_name = "D", default_value_t = 1.0, value_parser = range)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) excluded_volume_range: f64,
+
+    /// Hydrodynamic interactions.
+    #[arg(long, value_enum, default_value_t = Hydrodynamics::None)]
+    pub(crate) hi: Hydrodynamics,
+
+    /// Hydrodynamic interaction parameter h*: beads of radius sqrt(pi) h* l_H.
+    #[arg(long, value_name = "H", default_value_t = 0.25, value_parser = hstar)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) hstar: f64,
+
+    /// Concentration c/c* of chains in a cell (--hi ewald or mesh).
+    #[arg(long, value_name = "C", default_value_t = 0.1, value_parser = concentration)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) concentration: f64,
+
+    /// How the flow goes on in time.
+    #[arg(long, value_enum, default_value_t = Protocol::Steady)]
+    pub(crate) protocol: Protocol,
+}
+
 impl Options {
     /// What the command line says, rates in rising order.
     ///
@@ -74,13 +176,31 @@ impl Options {
         }
     }
 
+    /// For tests of other modules.
+    #[cfg(test)]
+    pub(crate) fn of_words(words: &str) -> Self {
+        Self::from_words(words.split(' ')).unwrap()
+    }
+
     fn from_words<W>(words: impl IntoIterator<Item = W>) -> Result<Self, clap::Error>
     where
         W: Into<std::ffi::OsString> + Clone,
     {
         let mut options = Self::try_parse_from(words)?;
         if options.rates.is_empty() {
-            options.rates = options.flow.default_rates();
+            options.rates = match options.method {
+                Method::Dpd => dpd::default_rates(options.flow),
+                Method::Bd => bd::default_rates(options.flow),
+            };
+        }
+        let allowed = match options.method {
+            Method::Dpd => 1e-4..=10.0,
+            Method::Bd => 1e-4..=1e6,
+        };
+        if let Some(rate) = options.rates.iter().find(|rate| !allowed.contains(*rate)) {
+            let (least, most) = (allowed.start(), allowed.end());
+            let sentence = format!("--rates: {rate} is not between {least} and {most}\n");
+            return Err(Self::command().error(ErrorKind::ValueValidation, sentence));
         }
         options.rates.sort_by(f64::total_cmp);
         options.rates.dedup();
@@ -90,18 +210,49 @@ impl Options {
 
 fn rate(word: &str) -> Result<f64, String> {
     match word.trim().parse::<f64>() {
-        Ok(rate) if (1e-4..=10.0).contains(&rate) => Ok(rate),
-        Ok(_) => Err("a rate must be between 0.0001 and 10".into()),
+        Ok(rate) if rate.is_finite() => Ok(rate),
+        Ok(_) => Err("a rate must be finite".into()),
         Err(_) if word.trim().is_empty() => Err("at least one rate is needed".into()),
         Err(_) => Err("a rate must be a number".into()),
     }
 }
 
 fn mixedness(word: &str) -> Result<f64, String> {
+    between(word, "the mixedness (--flow shear is 0)", 0.01, 1.0)
+}
+
+fn beads(word: &str) -> Result<u32, String> {
+    match word.parse() {
+        Ok(beads @ 2..=10_000) => Ok(beads),
+        _ => Err("a chain must have between 2 and 10000 beads".into()),
+    }
+}
+
+fn extensibility(word: &str) -> Result<f64, String> {
+    between(word, "the extensibility", 1.0, 1e9)
+}
+
+fn strength(word: &str) -> Result<f64, String> {
+    between(word, "the excluded volume", 0.0, 1e3)
+}
+
+fn hstar(word: &str) -> Result<f64, String> {
+    between(word, "h*", 0.001, 0.5)
+}
+
+fn concentration(word: &str) -> Result<f64, String> {
+    between(word, "the concentration", 1e-4, 10.0)
+}
+
+fn range(word: &str) -> Result<f64, String> {
+    between(word, "the range of the excluded volume", 0.1, 10.0)
+}
+
+fn between(word: &str, what: &str, least: f64, most: f64) -> Result<f64, String> {
     match word.trim().parse::<f64>() {
-        Ok(mixedness) if (0.01..=1.0).contains(&mixedness) => Ok(mixedness),
-        Ok(_) => Err("the mixedness must be between 0.01 and 1 (--flow shear is 0)".into()),
-        Err(_) => Err("the mixedness must be a number".into()),
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        Ok(_) => Err(format!("{what} must be between {least} and {most}")),
+        Err(_) => Err(format!("{what} must be a number")),
     }
 }
 
@@ -165,6 +316,19 @@ mod tests {
             "--mixedness 1.5",
             "--mixedness NaN",
             "--flow sideways",
+            "--method md",
+            "--method bd --beads 1",
+            "--method bd --beads 2.5",
+            "--method bd --spring rope",
+            "--method bd --extensibility 0.5",
+            "--method bd --extensibility NaN",
+            "--method bd --excluded-volume -1",
+            "--method bd --excluded-volume-range 0",
+            "--method bd --protocol never",
+            "--method bd --hi oseen",
+            "--method bd --hstar 0",
+            "--method bd --hstar 2",
+            "--method bd --concentration 0",
             "--threads 0",
             "--threads -1",
             "--threads 1.5",
@@ -176,7 +340,8 @@ mod tests {
             "now",
         ] {
             let sentence = parse(words).unwrap_err();
-            let name = words.split(['=', ' ']).next().unwrap();
+            let name = words.trim_start_matches("--method bd ");
+            let name = name.split(['=', ' ']).next().unwrap();
             assert!(sentence.contains(name), "{words}: {sentence}");
             assert!(
                 !sentence.contains('\n') && sentence.len() < 150,

@@ -68,6 +68,8 @@ impl FreeDraining {
 }
 
 impl<B: Boundary> Mobility<B> for FreeDraining {
+    const DIAGONAL: bool = true;
+
     fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError> {
         self.species.clear();
         let known = self.mobilities.len();

@@ -6,20 +6,62 @@
 //!
 //! | part | trait | what there is |
 //! | --- | --- | --- |
-//! | how beads move each other | [`Mobility`], [`Entries`] | [`FreeDraining`]; `()`: nothing moves |
-//! | noise that goes with it | [`Root`] | [`Diagonal`]; `()`: no noise |
-//! | scheme in time | [`Stepper`](zimm_core::Stepper) | [`EulerMaruyama`] |
+//! | how beads move each other | [`Mobility`], [`Entries`] | [`FreeDraining`]; `Rpy` in open space; `Ewald` and `Mesh` in cells; `()`: nothing moves |
+//! | noise that goes with it | [`Root`] | [`Diagonal`] for free draining, [`Lanczos`] and [`Chebyshev`] for any mobility, `Cholesky` for those with entries, `SplitNoise` for `Mesh`; `()`: no noise |
+//! | scheme in time | [`Stepper`](zimm_core::Stepper) | [`EulerMaruyama`], [`Heun`], [`Rejection`] |
 //!
 //! # Units
 //! Anything goes that is consistent. Bead-spring chains are usually told in l_H = sqrt(kT / H), kT and
 //! lambda_H = zeta / 4H, with H the stiffness of a spring and zeta the friction of a bead: kt = 1, stiffness 1, and a
 //! friction of 4. The bead radius is then a = sqrt(pi) h*.
 
+mod chebyshev;
+#[cfg(feature = "hydrodynamics")]
+mod cholesky;
+mod columns;
+mod connected;
 mod euler;
+#[cfg(feature = "hydrodynamics")]
+mod ewald;
+mod flow;
 mod free_draining;
+mod heun;
+mod implicit;
+#[cfg(feature = "hydrodynamics")]
+mod kirkwood;
+mod lanczos;
+#[cfg(feature = "hydrodynamics")]
+mod mesh;
+mod mixing;
 mod mobility;
+#[cfg(feature = "laws")]
+pub mod mobility_laws;
+mod one_bond;
+mod rejection;
+mod relaxation;
+mod ritz;
+#[cfg(feature = "hydrodynamics")]
+mod rpy;
+mod semi_implicit;
 mod stage;
+mod symmetric;
+mod tridiagonal;
 
+pub use chebyshev::Chebyshev;
+#[cfg(feature = "hydrodynamics")]
+pub use cholesky::Cholesky;
 pub use euler::EulerMaruyama;
+#[cfg(feature = "hydrodynamics")]
+pub use ewald::Ewald;
 pub use free_draining::{Diagonal, FreeDraining};
+pub use heun::Heun;
+#[cfg(feature = "hydrodynamics")]
+pub use kirkwood::Kirkwood;
+pub use lanczos::Lanczos;
+#[cfg(feature = "hydrodynamics")]
+pub use mesh::{Mesh, SplitNoise};
 pub use mobility::{Entries, Mobility, Root, White};
+pub use rejection::Rejection;
+#[cfg(feature = "hydrodynamics")]
+pub use rpy::Rpy;
+pub use semi_implicit::SemiImplicit;

@@ -1,8 +1,9 @@
 //! How beads move when forces pull at them, and the square root that makes their noise.
 
+use crate::stage::zero;
 use std::ops::Range;
 use zimm_core::{
-    Boundary, DMat3, DVec3, Frame, MobilityError,
+    Boundary, DMat3, DVec3, Frame, MobilityError, for_each_chunk,
     noise::{Domain, Noise},
 };
 
@@ -13,6 +14,9 @@ use zimm_core::{
 ///
 /// The unit type is no motion: the null mobility.
 pub trait Mobility<B: Boundary> {
+    /// Whether every bead moves by the force on it and no other, at [`alone`](Self::alone) times that force.
+    const DIAGONAL: bool = false;
+
     /// Fixes the configuration; everything below is about the frame that was bound last.
     ///
     /// # Errors
@@ -54,6 +58,8 @@ pub trait Root<B: Boundary, M: Mobility<B>> {
 }
 
 impl<B: Boundary> Mobility<B> for () {
+    const DIAGONAL: bool = true;
+
     fn bind(&mut self, _: &Frame<'_, B>) -> Result<(), MobilityError> {
         Ok(())
     }
@@ -82,20 +88,42 @@ impl<B: Boundary, M: Mobility<B>> Root<B, M> for () {
 pub struct White<'a> {
     noise: Noise,
     ids: &'a [u32],
+    attempts: &'a [u32],
 }
 
 impl<'a> White<'a> {
     /// The noise of a step for the particles of a frame.
     pub fn new<B>(noise: Noise, frame: &Frame<'a, B>) -> Self {
-        let ids = frame.ids;
-        Self { noise, ids }
+        Self {
+            noise,
+            ids: frame.ids,
+            attempts: &[],
+        }
+    }
+
+    /// The noise for schemes that draw again: how many times already, for the bead at each place. Waves, which belong
+    /// to no bead, are the same in every attempt.
+    pub fn again(self, attempts: &'a [u32]) -> Self {
+        Self { attempts, ..self }
     }
 
     /// Three numbers for the bead at a place.
     #[inline]
     pub fn bead(&self, place: usize) -> DVec3 {
         let identity = self.ids.get(place).copied().unwrap_or(place as u32);
-        self.noise.site(identity).normal3(Domain::BROWNIAN)
+        let attempt = self.attempts.get(place).copied().unwrap_or(0);
+        let domain = Domain::BROWNIAN.again(attempt);
+        self.noise.site(identity).normal3(domain)
+    }
+
+    /// The numbers of all beads.
+    pub(crate) fn fill(&self, column: &mut Vec<DVec3>, len: usize) {
+        zero(column, len);
+        for_each_chunk(column, |start, chunk| {
+            for (k, z) in chunk.iter_mut().enumerate() {
+                *z = self.bead(start + k);
+            }
+        });
     }
 
     /// Three numbers for a wave, whichever numbering of waves the caller has.

@@ -3,9 +3,7 @@
 
 use crate::{Mobility, Root, White};
 use std::mem::swap;
-use zimm_core::{
-    Boundary, DVec3, ForceField, IVec3, MobilityError, StepError, System, Tally, for_each_chunk,
-};
+use zimm_core::{Boundary, DVec3, ForceField, IVec3, StepError, System, Tally, for_each_chunk};
 
 /// Working copies of the columns that move, and what moves them.
 #[derive(Clone, Debug, Default)]
@@ -24,9 +22,8 @@ impl Stage {
         system: &System<B>,
         field: &mut F,
     ) -> Result<(), StepError> {
+        self.rewind(system);
         let particles = &system.particles;
-        particles.positions().clone_into(&mut self.positions);
-        particles.images().clone_into(&mut self.images);
         particles.forces().clone_into(&mut self.forces);
         if self.forces.len() != particles.len() {
             zero(&mut self.forces, particles.len());
@@ -38,6 +35,13 @@ impl Stage {
         Ok(())
     }
 
+    /// Brings positions and images back to the present state.
+    pub(crate) fn rewind<B: Boundary>(&mut self, system: &System<B>) {
+        let particles = &system.particles;
+        particles.positions().clone_into(&mut self.positions);
+        particles.images().clone_into(&mut self.images);
+    }
+
     /// The velocities `M F` and the random displacements of one step, sqrt(2 kT dt) M^(1/2) z, at the present state.
     pub(crate) fn drive<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
         &mut self,
@@ -45,18 +49,42 @@ impl Stage {
         mobility: &mut M,
         root: &mut R,
     ) -> Result<(), StepError> {
-        let (frame, next) = (system.frame(), system.clock.next());
-        let step = next.step;
-        let failed = |source: MobilityError| StepError::Mobility { step, source };
-        mobility.bind(&frame).map_err(failed)?;
-        zero(&mut self.velocities, frame.len());
+        self.shake(system, mobility, root)?;
+        zero(&mut self.velocities, self.forces.len());
         mobility.apply(&self.forces, &mut self.velocities);
+        Ok(())
+    }
+
+    /// Binds the mobility to the present state, and draws the random displacements of one step.
+    pub(crate) fn shake<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
+        &mut self,
+        system: &System<B>,
+        mobility: &mut M,
+        root: &mut R,
+    ) -> Result<(), StepError> {
+        let step = system.clock.next().step;
+        mobility
+            .bind(&system.frame())
+            .map_err(|source| StepError::Mobility { step, source })?;
+        self.draw(system, mobility, root, &[])
+    }
+
+    /// Draws the random displacements of one step, for beads that have been drawn so many times already.
+    pub(crate) fn draw<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
+        &mut self,
+        system: &System<B>,
+        mobility: &mut M,
+        root: &mut R,
+        attempts: &[u32],
+    ) -> Result<(), StepError> {
+        let (frame, next) = (system.frame(), system.clock.next());
         zero(&mut self.noise, frame.len());
         if next.kt > 0.0 {
             let scale = (2.0 * next.kt * next.dt).sqrt();
-            let white = White::new(next.noise(), &frame);
+            let white = White::new(next.noise(), &frame).again(attempts);
+            let step = next.step;
             root.add(mobility, &white, scale, &mut self.noise)
-                .map_err(failed)?;
+                .map_err(|source| StepError::Mobility { step, source })?;
         }
         Ok(())
     }

@@ -520,12 +520,21 @@ mod tests {
     }
 
     #[test]
+    fn law_the_first_attempt_is_the_domain_itself() {
+        assert_eq!(Domain::BROWNIAN.again(0), Domain::BROWNIAN);
+        let last = (1 << 31) - 1;
+        assert_ne!(Domain::user(1).again(last), Domain::user(1));
+    }
+
+    #[test]
     fn law_domains_are_independent() {
         for [first, second] in [
             [Domain::DPD, Domain::LANGEVIN],
             [Domain::PAIR_TURN, Domain::PAIR_KICK],
             [Domain::DPD, Domain::user(1)],
             [Domain::user(0), Domain::user(1)],
+            [Domain::BROWNIAN, Domain::BROWNIAN.again(1)],
+            [Domain::BROWNIAN.again(1), Domain::BROWNIAN.again(2)],
         ] {
             assert_independent(&format!("{first:?} and {second:?}"), |k| {
                 let (step, i) = address(k);

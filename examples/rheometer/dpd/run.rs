@@ -1,9 +1,10 @@
 //! From samples to material functions.
 
+use super::measure::Sample;
+use super::report::Row;
+use super::{KT, LIMIT, transient};
+use crate::Problem;
 use crate::flow::Flow;
-use crate::measure::Sample;
-use crate::report::Row;
-use crate::{KT, LIMIT, Problem, transient};
 use zimm::prelude::*;
 
 /// A run in a flow and what was measured in it.
@@ -90,26 +91,11 @@ impl Run {
 /// The friction of a bead from all runs, each weighted by the inverse square of its error.
 pub(crate) fn common_friction(runs: &[Run]) -> Result<Mean, Problem> {
     let each: Vec<Mean> = runs.iter().map(Run::friction).collect::<Result<_, _>>()?;
-    let weight = |mean: &Mean| mean.at_least().powi(-2);
-    let total: f64 = each.iter().map(weight).sum();
-    let value = each
-        .iter()
-        .map(|mean| weight(mean) * mean.value)
-        .sum::<f64>()
-        / total;
-    let error = total.sqrt().recip();
+    let friction = Mean::combined(&each)?;
+    let (value, error) = (friction.value, friction.at_least());
     if value.is_nan() || value < 4.0 * error {
         let why = "it has to be four errors above zero; longer runs or higher rates would help";
         return Err(format!("the friction of a bead is {value:.3} +- {error:.3}: {why}").into());
     }
-    let settled = each.iter().all(|mean| mean.standard_error().is_some());
-    let error = if settled {
-        StandardError::Plateau {
-            error,
-            uncertainty: 0.0,
-        }
-    } else {
-        StandardError::AtLeast(error)
-    };
-    Ok(Mean { value, error })
+    Ok(friction)
 }

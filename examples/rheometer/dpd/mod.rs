@@ -1,10 +1,4 @@
-//! A virtual rheometer: FENE dumbbells in a solvent of dissipative particles, in shear or another flow at several rates.
-//!
-//! ```text
-//! cargo run --release --example rheometer                        shear, about 70 seconds on two cores
-//! cargo run --release --example rheometer -- --flow extension    or mixed (with --mixedness), or uniaxial
-//! cargo run --release --example rheometer -- --help              all options
-//! ```
+//! A solution of dissipative particles.
 //!
 //! # What is simulated
 //! A cube of edge 12 with 5184 beads at density 3 is sheared by Lees-Edwards boundaries; extension and mixed flow take
@@ -46,38 +40,28 @@
 //! within ten per cent: real beads repel each other, and they stir a solvent that takes its time to follow, so that
 //! the beads of a long dumbbell feel more friction than those of a short one.
 
-#[path = "rheometer/flow.rs"]
-mod flow;
-#[path = "rheometer/kept.rs"]
 mod kept;
-#[path = "rheometer/measure.rs"]
 mod measure;
-#[path = "rheometer/options.rs"]
-mod options;
-#[path = "rheometer/plot.rs"]
 mod plot;
-#[path = "rheometer/reference.rs"]
 mod reference;
-#[path = "rheometer/report.rs"]
 mod report;
-#[path = "rheometer/run.rs"]
 mod run;
+mod spaces;
 
-use flow::Flow;
+use crate::Problem;
+use crate::flow::Flow;
+use crate::options::Options;
+use crate::text::{csv, json_line};
 use indicatif::{ProgressBar, ProgressStyle};
 use kept::Kept;
 use measure::{Dumbbells, measure};
-use options::Options;
 use plot::draw;
 use rand_distr::{Beta, Distribution};
 use rayon::prelude::*;
-use report::{csv, json_line, summary, with_error};
+use report::{Row, summary};
 use run::{Run, common_friction};
-use std::error::Error;
-use std::fs::{self, OpenOptions};
+use std::fs;
 use std::io::{self, Write};
-use std::path::Path;
-use std::process::ExitCode;
 use std::time::Instant;
 use zimm::prelude::*;
 
@@ -104,51 +88,25 @@ const QUICK_MEASUREMENT: f64 = 20.0;
 const STEPS_PER_SAMPLE: u64 = 22;
 const STEPS_PER_CHECKPOINT: u64 = 1000;
 
-/// What went wrong, in one sentence.
-type Problem = Box<dyn Error + Send + Sync>;
 type Forces = (Pairwise<Dpd<f64, SquareRoot>, VerletList>, Bonded<Fene>);
 
-fn main() -> ExitCode {
-    let options = match Options::parse_command_line() {
-        Ok(options) => options,
-        Err(sentence) => return fail(2, &sentence),
-    };
-    if let Err(error) = make_writable(&options.out) {
-        let out = options.out.display();
-        return fail(2, &format!("cannot write to {out}: {error}"));
-    }
-    let rheogram = || match options.flow {
-        Flow::Shear => scene(&options, flow::shear),
-        Flow::Extension => scene(&options, flow::extension),
-        Flow::Mixed => scene(&options, |rate| flow::mixed(rate, options.mixedness)),
-        Flow::Uniaxial => scene(&options, flow::uniaxial),
-    };
-    match on_threads(options.threads, rheogram) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => fail(1, &error.to_string()),
+/// Rates that show something. Extension stretches vortices that vary along the neutral axis of planar flows: beyond a
+/// rate of 0.3, which is nu (2 pi / L_z)^2 of this fluid in this cell, the fluid would stir itself.
+pub(crate) fn default_rates(flow: Flow) -> Vec<f64> {
+    match flow {
+        Flow::Shear => vec![0.1, 0.2, 0.4, 0.8],
+        Flow::Extension | Flow::Mixed | Flow::Uniaxial => vec![0.05, 0.1, 0.2, 0.28],
     }
 }
 
-fn on_threads(
-    threads: Option<usize>,
-    work: impl FnOnce() -> Result<(), Problem> + Send,
-) -> Result<(), Problem> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0));
-    pool.build()?.install(work)
-}
-
-fn fail(code: u8, sentence: &str) -> ExitCode {
-    eprintln!("rheometer: {sentence}");
-    ExitCode::from(code)
-}
-
-fn make_writable(out: &Path) -> io::Result<()> {
-    fs::create_dir_all(out)?;
-    OpenOptions::new()
-        .append(true)
-        .create(true)
-        .open(out.join("rheometer.csv"))?;
-    Ok(())
+/// The rheogram that the options ask for.
+pub(crate) fn rheogram(options: &Options) -> Result<(), Problem> {
+    match options.flow {
+        Flow::Shear => scene(options, spaces::shear),
+        Flow::Extension => scene(options, spaces::extension),
+        Flow::Mixed => scene(options, |rate| spaces::mixed(rate, options.mixedness)),
+        Flow::Uniaxial => scene(options, spaces::uniaxial),
+    }
 }
 
 /// Build, warm up, let it flow, report. `space` is the cell of a rate.
@@ -171,11 +129,14 @@ fn scene<B: Periodic>(
     let relaxation = friction.times(0.25 / spring()?.stiffness());
     let rows = runs.iter().map(|run| run.row(relaxation));
     let rows = rows.collect::<Result<Vec<_>, _>>()?;
-    fs::write(options.out.join("rheometer.csv"), csv(&rows))?;
+    fs::write(
+        options.out.join("rheometer.csv"),
+        csv(rows.iter().map(Row::record)),
+    )?;
     let picture = options.out.join("rheometer.svg");
     draw(&picture, options.flow, &rows, KT * DENSITY * DUMBBELLS)?;
     let report = if options.json {
-        rows.iter().map(json_line).collect()
+        rows.iter().map(|row| json_line(row.record())).collect()
     } else {
         let written = options.out.display();
         let summary = summary(&rows, friction, relaxation);
@@ -283,8 +244,8 @@ fn flowing<B: Periodic>(
         gradient,
         samples,
     };
-    let viscosity = with_error(run.viscosity()?);
-    bar.println(format!("rate {rate}: viscosity {viscosity}"));
+    let viscosity = run.viscosity()?;
+    bar.println(format!("rate {rate}: viscosity {viscosity:#}"));
     Ok(run)
 }
 

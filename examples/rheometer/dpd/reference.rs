@@ -5,7 +5,7 @@
 //! (errors below 0.7 %). In extension the distribution is known, (1 - Q^2 / b)^(b/2) exp(Q . kappa Q) in units of
 //! l_H = (kT / H)^1/2 and lambda_H, and is integrated.
 
-use crate::EXTENSIBILITY;
+use super::EXTENSIBILITY;
 use crate::flow::Flow;
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,8 @@
 //! The files from which an interrupted run goes on.
 
-use crate::measure::Sample;
-use crate::{Forces, Problem};
+use super::Forces;
+use super::measure::Sample;
+use crate::Problem;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};

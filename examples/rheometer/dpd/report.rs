@@ -1,8 +1,9 @@
 //! What the run has found: table, CSV, JSON.
 
+use super::reference;
 use crate::flow::Flow;
-use crate::reference;
-use serde_json::{Map, Value, json};
+use crate::text::{Record, aligned};
+use serde_json::json;
 use zimm::prelude::*;
 
 /// The results at one shear rate, in DPD units unless a comment says otherwise.
@@ -48,7 +49,7 @@ impl Row {
     }
 
     /// Every number under its name. Errors are standard errors; those of `unsettled` quantities are lower bounds.
-    fn record(&self) -> Vec<(String, Value)> {
+    pub(crate) fn record(&self) -> Record {
         let theory = reference::dumbbell(self.flow, self.deborah);
         let mut record = vec![
             ("method".into(), json!("dpd")),
@@ -83,40 +84,11 @@ impl Row {
     }
 }
 
-/// One JSON object and the end of the line.
-pub(crate) fn json_line(row: &Row) -> String {
-    Value::from(Map::from_iter(row.record())).to_string() + "\n"
-}
-
-/// All rows as comma-separated values under a line of names; what there is not is left empty.
-pub(crate) fn csv(rows: &[Row]) -> String {
-    let mut lines = Vec::new();
-    for row in rows {
-        let (names, values): (Vec<_>, Vec<_>) = row.record().into_iter().unzip();
-        if lines.is_empty() {
-            lines.push(names.join(","));
-        }
-        let words: Vec<_> = values.iter().map(word).collect();
-        lines.push(words.join(","));
-    }
-    lines.join("\n") + "\n"
-}
-
-fn word(value: &Value) -> String {
-    match value {
-        Value::Null => String::new(),
-        Value::String(text) => text.clone(),
-        Value::Array(entries) => entries.iter().map(word).collect::<Vec<_>>().join(" "),
-        other => other.to_string(),
-    }
-}
-
 /// The table and how to read it.
 pub(crate) fn summary(rows: &[Row], friction: Mean, relaxation: Mean) -> String {
-    let (friction, relaxation) = (with_error(friction), with_error(relaxation));
     format!(
         "{table}
-bead friction zeta = {friction} m/tau, lambda_H = zeta / 4H = {relaxation} tau
+bead friction zeta = {friction:#} m/tau, lambda_H = zeta / 4H = {relaxation:#} tau
 (from Kramers = Giesekus at all rates together; De and the starred columns are in its units)
 theory: beads that do not interact, {source}
 errors: 0.912(12) is 0.912 +- 0.012; (>12): the run is too short, the error may be larger
@@ -164,61 +136,25 @@ fn table(rows: &[Row]) -> String {
         cells.push([
             row.rate.to_string(),
             format!("{:.3}", row.deborah),
-            with_error(row.viscosity),
-            with_error(row.psi1),
-            with_error(row.polymer_viscosity),
+            format!("{:#}", row.viscosity),
+            format!("{:#}", row.psi1),
+            format!("{:#}", row.polymer_viscosity),
             theory(|t| t.viscosity, 3),
-            with_error(row.polymer_psi1),
+            format!("{:#}", row.polymer_psi1),
             theory(|t| t.psi1, 3),
-            with_error(row.extension),
+            format!("{:#}", row.extension),
             theory(|t| t.extension, 4),
-            with_error(row.temperature),
+            format!("{:#}", row.temperature),
         ]);
     }
     aligned(&cells)
 }
 
-/// A value with its error in units of the last digits: 0.0563(4) is 0.0563 +- 0.0004. A lower bound of the error is
-/// marked: 0.0563(>4).
-pub(crate) fn with_error(mean: Mean) -> String {
-    let (value, error) = (mean.value, mean.at_least());
-    if !(error > 0.0 && error.is_finite()) {
-        return format!("{value:.4}");
-    }
-    let exponent = error.log10().floor() as i32;
-    let two_digits = i32::from(error < 1.95 * 10.0_f64.powi(exponent));
-    let decimals = (two_digits - exponent).max(0) as usize;
-    let mark = if mean.standard_error().is_some() {
-        ""
-    } else {
-        ">"
-    };
-    if exponent < 0 {
-        let last_digits = error * 10.0_f64.powi(decimals as i32);
-        format!("{value:.decimals$}({mark}{last_digits:.0})")
-    } else {
-        format!("{value:.decimals$}({mark}{error:.decimals$})")
-    }
-}
-
-/// Columns flush right, two blanks apart.
-fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
-    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
-    let widths: [usize; N] = std::array::from_fn(width);
-    let line = |row: &[String; N]| {
-        let cells: Vec<_> = row
-            .iter()
-            .zip(widths)
-            .map(|(cell, width)| format!("{cell:>width$}"))
-            .collect();
-        cells.join("  ").trim_end().to_string() + "\n"
-    };
-    rows.iter().map(line).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text::{csv, json_line};
+    use serde_json::Value;
 
     fn known(value: f64, error: f64) -> Mean {
         let error = StandardError::Plateau {
@@ -250,28 +186,8 @@ mod tests {
     }
 
     #[test]
-    fn law_errors_stand_in_the_last_digits() {
-        let cases = [
-            (0.05634, 0.00042, "0.0563(4)"),
-            (0.9123, 0.0124, "0.912(12)"),
-            (2.35, 0.97, "2.4(10)"),
-            (-3.21, 1.4, "-3.2(1.4)"),
-            (512.4, 37.0, "512(37)"),
-            (1.0, 0.0, "1.0000"),
-        ];
-        for (value, error, text) in cases {
-            assert_eq!(with_error(known(value, error)), text);
-        }
-        let short = Mean {
-            value: 0.9123,
-            error: StandardError::AtLeast(0.03),
-        };
-        assert_eq!(with_error(short), "0.91(>3)");
-    }
-
-    #[test]
     fn law_every_format_marks_what_is_not_settled() {
-        let line: Value = serde_json::from_str(&json_line(&row())).unwrap();
+        let line: Value = serde_json::from_str(&json_line(row().record())).unwrap();
         assert_eq!(line["method"], "dpd");
         assert_eq!(
             (&line["viscosity"], &line["viscosity_error"]),
@@ -279,7 +195,7 @@ mod tests {
         );
         assert_eq!(line["unsettled"], json!(["psi1"]));
         assert!(table(&[row()]).contains("1.2(>5)"));
-        let csv = csv(&[row(), row()]);
+        let csv = csv([row().record(), row().record()]);
         let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
         assert_eq!(lines.len(), 3);
         assert!(lines.iter().all(|line| line.len() == lines[0].len()));
@@ -295,9 +211,9 @@ mod tests {
             deborah: 1e3,
             ..row()
         };
-        let line: Value = serde_json::from_str(&json_line(&far)).unwrap();
+        let line: Value = serde_json::from_str(&json_line(far.record())).unwrap();
         assert_eq!(line["theory_extension"], Value::Null);
-        assert!(csv(&[far]).contains(",,,"));
+        assert!(csv([far.record()]).contains(",,,"));
         let table = table(&[far]);
         let lengths: Vec<_> = table.lines().map(str::len).collect();
         assert_eq!(lengths[0], lengths[2]);

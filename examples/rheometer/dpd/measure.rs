@@ -1,6 +1,6 @@
 //! What is read off one frame.
 
-use crate::{Forces, REPULSION};
+use super::{Forces, REPULSION};
 use zimm::prelude::*;
 
 /// One measurement.

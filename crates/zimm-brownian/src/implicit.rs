@@ -1,0 +1,434 @@
+//! All molecules of a scene on their way through an implicit step: gathered from their cells, solved, put back.
+
+use crate::{
+    Mobility,
+    columns::norm,
+    connected::{Block, Part, blocks},
+    flow::Carry,
+    mixing::Mixing,
+    one_bond::lengths,
+    relaxation::{Problem, Relaxation, Unsolved, end},
+    stage::zero,
+};
+use std::array::from_fn;
+use zimm_core::{
+    BondForce, Bonded, Boundary, DVec3, ForceError, Frame, ParameterError, StepError, each_block,
+};
+
+/// Bonds solved side by side where each is a molecule.
+const LANES: usize = 8;
+const ROUNDS: usize = 200;
+
+/// What a step is about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene<'a, S> {
+    pub(crate) law: &'a S,
+    pub(crate) carry: &'a Carry,
+    pub(crate) dt: f64,
+    pub(crate) kt: f64,
+    pub(crate) step: u64,
+    pub(crate) tolerance: f64,
+}
+
+/// The molecules, in blocks that are worked at in parallel.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Implicit {
+    bonds: Vec<[u32; 2]>,
+    particles: usize,
+    works: Vec<Work>,
+    lagged: Vec<DVec3>,
+    residual: Vec<DVec3>,
+    pulled: Vec<DVec3>,
+    tension: Vec<DVec3>,
+    mixing: Mixing,
+}
+
+/// The columns of one block, slot by slot. Positions are relative to the centre of the set, which goes with the flow.
+#[derive(Clone, Debug, Default)]
+struct Work {
+    block: Block,
+    places: Vec<u32>,
+    /// Mobility of each bead alone.
+    mobilities: Vec<f64>,
+    /// That times the time its springs act.
+    pull: Vec<f64>,
+    /// Present positions, after any sudden strain.
+    start: Vec<DVec3>,
+    /// Forces of springs, all of them.
+    springs: Vec<DVec3>,
+    /// Forces of springs that are too strong to be taken at the beginning of the step.
+    dropped: Vec<DVec3>,
+    /// Positions at the end of the step but for the springs there.
+    free: Vec<DVec3>,
+    /// Those with what is lagged of the forces of other beads.
+    target: Vec<DVec3>,
+    /// The solution.
+    solution: Vec<DVec3>,
+    /// Lattice vectors, carried, from the whole molecule to where its beads are.
+    images: Vec<DVec3>,
+    /// Carried centre of each set, and the largest coordinate there.
+    centres: Vec<(DVec3, f64)>,
+    relaxation: Relaxation,
+    outcome: Option<Unsolved>,
+    torn: Option<ParameterError>,
+}
+
+impl Implicit {
+    /// Sorts the bonds, if they are others than last time.
+    pub(crate) fn know<S>(
+        &mut self,
+        bonded: &Bonded<S>,
+        particles: usize,
+    ) -> Result<(), ForceError> {
+        if self.particles != particles || self.bonds != bonded.bonds() {
+            let blocks = blocks(bonded.bonds(), particles)?;
+            let work = |block| Work {
+                block,
+                ..Work::default()
+            };
+            self.works = blocks.into_iter().map(work).collect();
+            bonded.bonds().clone_into(&mut self.bonds);
+            self.particles = particles;
+        }
+        Ok(())
+    }
+
+    /// Gathers the molecules and the forces of their springs.
+    pub(crate) fn gather<B: Boundary, S: BondForce, M: Mobility<B>>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        frame: &Frame<'_, B>,
+        mobility: &M,
+    ) -> Result<(), StepError> {
+        for work in &mut self.works {
+            let place = |&identity: &u32| frame.place(identity).unwrap_or(0) as u32;
+            work.places.clear();
+            work.places.extend(work.block.identities.iter().map(place));
+            work.mobilities.clear();
+            let alone = work.places.iter().map(|&p| mobility.alone(p as usize));
+            work.mobilities.extend(alone);
+        }
+        each_block(&mut self.works, |_, work| work.gather(scene, frame));
+        match self.works.iter_mut().find_map(|work| work.torn.take()) {
+            None => Ok(()),
+            Some(source) => Err(StepError::Parameter {
+                step: scene.step,
+                source,
+            }),
+        }
+    }
+
+    /// Takes springs that are too strong off the forces on all beads; what is left may act at the beginning of the
+    /// step.
+    pub(crate) fn drop_from(&self, forces: &mut [DVec3]) {
+        self.each_bead(|work, k, place| forces[place] -= work.dropped[k]);
+    }
+
+    /// Takes all springs off the forces on all beads.
+    pub(crate) fn take_from(&self, forces: &mut [DVec3]) {
+        self.each_bead(|work, k, place| forces[place] -= work.springs[k]);
+    }
+
+    /// Positions at the end of the step but for the springs there, from displacements by noise and explicit forces.
+    /// The flow inside a molecule is that of its present configuration, or the mean of this and the last solution.
+    pub(crate) fn release<S: BondForce>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        displacements: &[DVec3],
+        corrected: bool,
+    ) {
+        let rate = scene.carry.rate;
+        each_block(&mut self.works, |_, work| {
+            work.free.clear();
+            let slots = work.places.iter().zip(&work.start).zip(&work.solution);
+            work.free.extend(slots.map(|((&place, &start), &solution)| {
+                let inside = if corrected {
+                    0.5 * (start + solution)
+                } else {
+                    start
+                };
+                start + rate * inside + displacements[place as usize]
+            }));
+        });
+    }
+
+    /// Lets springs act on the released beads.
+    pub(crate) fn solve<B: Boundary, S: BondForce, M: Mobility<B>>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        mobility: &mut M,
+    ) -> Result<(), StepError> {
+        if M::DIAGONAL {
+            self.solve_alone(scene, 1.0)
+        } else {
+            self.solve_together(scene, mobility)
+        }
+    }
+
+    /// Positions of all beads, still to be wrapped.
+    pub(crate) fn scatter(&self, positions: &mut [DVec3]) {
+        for work in &self.works {
+            for (part, (centre, _)) in work.block.parts.iter().zip(&work.centres) {
+                for k in part.beads.clone() {
+                    let place = work.places[k] as usize;
+                    positions[place] = *centre + work.solution[k] + work.images[k];
+                }
+            }
+        }
+    }
+
+    fn each_bead(&self, mut visit: impl FnMut(&Work, usize, usize)) {
+        for work in &self.works {
+            for (k, &place) in work.places.iter().enumerate() {
+                visit(work, k, place as usize);
+            }
+        }
+    }
+
+    /// Solves as if every bead moved by its own force alone, `factor` times as fast as it would; what `lagged` holds
+    /// is added to the displacements.
+    fn solve_alone<S: BondForce>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        factor: f64,
+    ) -> Result<(), StepError> {
+        let (lagged, time) = (&self.lagged, 0.5 * scene.dt * factor);
+        each_block(&mut self.works, |_, work| work.solve(scene, time, lagged));
+        match self.works.iter().find_map(|work| work.outcome) {
+            None => Ok(()),
+            Some(unsolved) => Err(StepError::NotSolved {
+                step: scene.step,
+                iterations: unsolved.iterations,
+                reached: unsolved.reached,
+                asked: scene.tolerance,
+            }),
+        }
+    }
+
+    /// Solves with all forces of springs moving all beads. Each round solves for beads alone and lags the difference.
+    /// That converges if beads alone move at least half as fast as any set of forces of the same size moves them, so
+    /// they are made to move faster when it does not.
+    fn solve_together<B: Boundary, S: BondForce, M: Mobility<B>>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        mobility: &mut M,
+    ) -> Result<(), StepError> {
+        let particles = self.particles;
+        let mut factor = 1.0;
+        self.mixing.forget();
+        if self.lagged.len() != particles {
+            zero(&mut self.lagged, particles);
+        }
+        let (mut best, mut since, mut reached) = (f64::INFINITY, 0, f64::NAN);
+        for _ in 0..ROUNDS {
+            self.solve_alone(scene, factor)?;
+            zero(&mut self.pulled, particles);
+            zero(&mut self.tension, particles);
+            for work in &self.works {
+                for (k, &place) in work.places.iter().enumerate() {
+                    let pulled = work.solution[k] - work.target[k];
+                    self.pulled[place as usize] = pulled;
+                    self.tension[place as usize] = (0.5 * scene.dt / work.pull[k]) * pulled;
+                }
+            }
+            // Twice the tension's mean over the step is what moved the beads in half a step.
+            zero(&mut self.residual, particles);
+            mobility.apply(&self.tension, &mut self.residual);
+            let moved = norm(&self.residual);
+            for ((residual, pulled), lagged) in
+                (self.residual.iter_mut().zip(&self.pulled)).zip(&self.lagged)
+            {
+                *residual -= *pulled + *lagged;
+            }
+            let error = norm(&self.residual);
+            reached = error / moved.max(f64::MIN_POSITIVE);
+            if error <= scene.tolerance * moved {
+                return Ok(());
+            }
+            if reached.is_nan() {
+                break;
+            }
+            if error < 0.5 * best {
+                (best, since) = (error, 0);
+            } else {
+                since += 1;
+            }
+            if since == 12 {
+                // The tensions stay, and with them what they are to move; beads alone are now faster.
+                for ((lagged, residual), pulled) in
+                    (self.lagged.iter_mut().zip(&self.residual)).zip(&self.pulled)
+                {
+                    *lagged += *residual - *pulled;
+                }
+                factor *= 2.0;
+                self.mixing.forget();
+                (best, since) = (f64::INFINITY, 0);
+                continue;
+            }
+            self.mixing.mix(&mut self.lagged, &self.residual);
+        }
+        Err(StepError::NotSolved {
+            step: scene.step,
+            iterations: ROUNDS,
+            reached,
+            asked: scene.tolerance,
+        })
+    }
+}
+
+impl Work {
+    fn gather<B: Boundary, S: BondForce>(&mut self, scene: &Scene<'_, S>, frame: &Frame<'_, B>) {
+        let beads = self.places.len();
+        let periodic = frame.boundary.cell().is_some();
+        self.start.clear();
+        let places = self.places.iter();
+        self.start
+            .extend(places.map(|&place| frame.positions[place as usize]));
+        zero(&mut self.images, beads);
+        zero(&mut self.springs, beads);
+        zero(&mut self.dropped, beads);
+        self.centres.clear();
+        let limit = scene.law.limit();
+        let strongest = limit * (1.0 + 2.0 * scene.carry.strength());
+        let thermal = 64.0 * scene.kt;
+        let half = 0.5 * scene.dt;
+        for part in &self.block.parts {
+            let links = &self.block.links[part.links.clone()];
+            let whole = &mut self.start[part.beads.clone()];
+            let first = part.beads.start;
+            if periodic {
+                for (k, &[i, j]) in links.iter().enumerate() {
+                    let (i, j) = (i as usize, j as usize);
+                    if k + 1 < whole.len() {
+                        let here = whole[j];
+                        let wrapped = frame.positions[self.places[first + i] as usize];
+                        whole[j] = whole[i] + frame.boundary.min_image(here - wrapped);
+                        self.images[first + j] = scene.carry.whole * (here - whole[j]);
+                    } else {
+                        let along = whole[i] - whole[j];
+                        let nearest = frame.boundary.min_image(along);
+                        if (along - nearest).length() > 1e-6 * frame.boundary.reach() {
+                            let (name, allowed) = (
+                                "length along its ring of a bond that closes it",
+                                "that of its nearest image",
+                            );
+                            let length = along.length();
+                            self.torn = Some(ParameterError::new(name, length, allowed));
+                        }
+                    }
+                }
+            }
+            for &[i, j] in links {
+                let (i, j) = (i as usize, j as usize);
+                let bond = whole[i] - whole[j];
+                let c = self.mobilities[first + i] + self.mobilities[first + j];
+                let force = scene.law.force(bond.length_squared()) * bond;
+                self.springs[first + i] += force;
+                self.springs[first + j] -= force;
+                let thrown = half * c * force;
+                let far = thrown.length_squared() > strongest * strongest;
+                if far && force.dot(bond).abs() > thermal {
+                    self.dropped[first + i] += force;
+                    self.dropped[first + j] -= force;
+                }
+            }
+            let sum: DVec3 = whole.iter().sum();
+            let centre = sum * (1.0 / whole.len() as f64);
+            for r in whole {
+                *r = scene.carry.strain(*r - centre);
+            }
+            let there = scene.carry.whole * centre;
+            let images = self.images[part.beads.clone()].iter();
+            let apart = images.fold(DVec3::ZERO, |most, r| most.max(r.abs()));
+            let extent = (there.abs() + apart).max_element();
+            self.centres.push((there, extent));
+        }
+        self.solution.clone_from(&self.start);
+    }
+
+    /// Solves for beads that move alone, with springs acting for a `time`.
+    fn solve<S: BondForce>(&mut self, scene: &Scene<'_, S>, time: f64, lagged: &[DVec3]) {
+        self.pull.clear();
+        let pull = |mobility: &f64| (mobility * time).max(1e-300);
+        self.pull.extend(self.mobilities.iter().map(pull));
+        self.target.clone_from(&self.free);
+        if !lagged.is_empty() {
+            for (target, &place) in self.target.iter_mut().zip(&self.places) {
+                *target += lagged[place as usize];
+            }
+        }
+        self.outcome = None;
+        let (pairs, others) = (self.block.pairs, self.block.parts.len());
+        let mut first = 0;
+        while first < pairs {
+            let count = LANES.min(pairs - first);
+            let solved = if count == LANES {
+                self.solve_pairs::<LANES, S>(scene, first)
+            } else {
+                (first..pairs).all(|pair| self.solve_pairs::<1, S>(scene, pair))
+            };
+            if !solved {
+                (first..first + count).for_each(|part| self.solve_part(scene, part));
+            }
+            first += count;
+        }
+        (pairs..others).for_each(|part| self.solve_part(scene, part));
+    }
+
+    /// Solves for pairs side by side; false if one of them is not solved.
+    fn solve_pairs<const W: usize, S: BondForce>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        first: usize,
+    ) -> bool {
+        let beads = 2 * first..2 * (first + W);
+        let free = &self.target[beads.clone()];
+        let pull = &self.pull[beads.clone()];
+        let solution = &mut self.solution[beads];
+        let centres = &self.centres[first..first + W];
+        let bonds: [DVec3; W] = from_fn(|w| free[2 * w] - free[2 * w + 1]);
+        let displacement = bonds.map(DVec3::length);
+        let c: [f64; W] = from_fn(|w| pull[2 * w] + pull[2 * w + 1]);
+        let guess: [f64; W] = from_fn(|w| (solution[2 * w] - solution[2 * w + 1]).length());
+        let ends: [f64; W] = from_fn(|w| {
+            let [a, b] = [free[2 * w], free[2 * w + 1]].map(|r| r.abs().max_element());
+            end(scene.law, centres[w].1 + a.max(b))
+        });
+        let found = lengths(scene.law, c, displacement, ends, guess, scene.tolerance);
+        let Some(found) = found else {
+            return false;
+        };
+        for w in 0..W {
+            let pulled = if displacement[w] > 0.0 {
+                (1.0 - found[w] / displacement[w]) / c[w] * bonds[w]
+            } else {
+                bonds[w]
+            };
+            solution[2 * w] = free[2 * w] - pull[2 * w] * pulled;
+            solution[2 * w + 1] = free[2 * w + 1] + pull[2 * w + 1] * pulled;
+        }
+        true
+    }
+
+    fn solve_part<S: BondForce>(&mut self, scene: &Scene<'_, S>, number: usize) {
+        let Part { beads, links } = self.block.parts[number].clone();
+        let free = &self.target[beads.clone()];
+        let solution = &mut self.solution[beads.clone()];
+        if links.is_empty() {
+            solution.copy_from_slice(free);
+            return;
+        }
+        let largest = |most: f64, r: &DVec3| most.max(r.abs().max_element());
+        let problem = Problem {
+            law: scene.law,
+            links: &self.block.links[links],
+            free,
+            pull: &self.pull[beads],
+            tolerance: scene.tolerance,
+            extent: self.centres[number].1 + free.iter().fold(0.0, largest),
+        };
+        if let Err(unsolved) = self.relaxation.solve(&problem, solution) {
+            self.outcome = Some(unsolved);
+        }
+    }
+}
