@@ -6,15 +6,17 @@
 //!
 //! | part | trait | what there is |
 //! | --- | --- | --- |
-//! | how beads move each other | [`Mobility`], [`Entries`] | [`FreeDraining`]; `Rpy` in open space; `Ewald` and `Mesh` in cells; `()`: nothing moves |
-//! | noise that goes with it | [`Root`] | [`Diagonal`] for free draining, [`Lanczos`] and [`Chebyshev`] for any mobility, `Cholesky` for those with entries, `SplitNoise` for `Mesh`; `()`: no noise |
-//! | scheme in time | [`Stepper`](zimm_core::Stepper) | [`EulerMaruyama`], [`Heun`], [`Rejection`] |
+//! | how beads move each other | [`Mobility`], [`Entries`] | [`FreeDraining`]; `Rpy` in open space; `Ewald` and `Mesh` in cells, `Auto` chooses between them; `()`: nothing moves |
+//! | noise that goes with it | [`Root`] | [`Diagonal`] for free draining, [`Lanczos`] and [`Chebyshev`] for any mobility, `Cholesky` for those with entries, `SplitNoise` for `Mesh`, `AutoNoise` for `Auto`; `()`: no noise |
+//! | scheme in time | [`Stepper`](zimm_core::Stepper) | [`SemiImplicit`] for stiff springs; [`EulerMaruyama`], [`Heun`], [`Rejection`] |
 //!
 //! # Units
 //! Anything goes that is consistent. Bead-spring chains are usually told in l_H = sqrt(kT / H), kT and
 //! lambda_H = zeta / 4H, with H the stiffness of a spring and zeta the friction of a bead: kt = 1, stiffness 1, and a
 //! friction of 4. The bead radius is then a = sqrt(pi) h*.
 
+#[cfg(feature = "hydrodynamics")]
+mod auto;
 mod chebyshev;
 #[cfg(feature = "hydrodynamics")]
 mod cholesky;
@@ -47,6 +49,8 @@ mod stage;
 mod symmetric;
 mod tridiagonal;
 
+#[cfg(feature = "hydrodynamics")]
+pub use auto::{Auto, AutoNoise};
 pub use chebyshev::Chebyshev;
 #[cfg(feature = "hydrodynamics")]
 pub use cholesky::Cholesky;

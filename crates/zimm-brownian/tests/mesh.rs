@@ -380,3 +380,30 @@ fn extreme_beads() {
         Err(MobilityError::NotFinite { particle: 2, .. })
     ));
 }
+
+/// Below and above the crossover, the choice gives the velocities of what it chose, bit for bit.
+#[test]
+fn law_the_choice_is_one_of_the_two() {
+    use zimm_boundary::PeriodicBox;
+    fn moved<M: Mobility<PeriodicBox>>(mobility: M, count: usize) -> Vec<DVec3> {
+        let mut mobility = mobility;
+        let space = PeriodicBox::brick(DVec3::splat(30.0)).unwrap();
+        let spiral = |k: usize| {
+            let k = k as f64;
+            DVec3::new(k.sin(), k.cos(), (0.7 * k).sin()) * (14.0 * (0.13 * k).cos())
+        };
+        let particles = zimm_core::Particles::new((0..count).map(spiral).collect()).unwrap();
+        let clock = zimm_core::Clock::new(0.01, 1.0, 1).unwrap();
+        let system = zimm_core::System::new(space, particles, clock);
+        mobility.bind(&system.frame()).unwrap();
+        let mut velocities = vec![DVec3::ZERO; count];
+        mobility.apply(system.particles.positions(), &mut velocities);
+        velocities
+    }
+    let auto = |count| moved(Auto::new(4.0, 0.5, 1e-3).unwrap(), count);
+    let direct = |count| moved(Ewald::new(4.0, 0.5, 1e-3).unwrap(), count);
+    let mesh = |count| moved(Mesh::new(4.0, 0.5, 1e-3).unwrap(), count);
+    assert_eq!(auto(50), direct(50));
+    assert_eq!(auto(2000), mesh(2000));
+    assert_ne!(direct(50), mesh(50));
+}
