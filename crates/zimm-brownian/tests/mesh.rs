@@ -8,7 +8,7 @@
 use serde_json::Value;
 use zimm_boundary::{KraynikReinelt, LeesEdwards, PeriodicBox, PlanarMixed, Steady};
 use zimm_brownian::{
-    Ewald, Lanczos, Mesh, Mobility, Root, SplitNoise, White, mobility_laws as laws,
+    Auto, Ewald, Lanczos, Mesh, Mobility, Root, SplitNoise, White, mobility_laws as laws,
 };
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{Boundary, Clock, DMat3, DVec3, IVec3, MobilityError, Particles, Periodic, System};
@@ -384,7 +384,6 @@ fn extreme_beads() {
 /// Below and above the crossover, the choice gives the velocities of what it chose, bit for bit.
 #[test]
 fn law_the_choice_is_one_of_the_two() {
-    use zimm_boundary::PeriodicBox;
     fn moved<M: Mobility<PeriodicBox>>(mobility: M, count: usize) -> Vec<DVec3> {
         let mut mobility = mobility;
         let space = PeriodicBox::brick(DVec3::splat(30.0)).unwrap();
@@ -392,9 +391,9 @@ fn law_the_choice_is_one_of_the_two() {
             let k = k as f64;
             DVec3::new(k.sin(), k.cos(), (0.7 * k).sin()) * (14.0 * (0.13 * k).cos())
         };
-        let particles = zimm_core::Particles::new((0..count).map(spiral).collect()).unwrap();
-        let clock = zimm_core::Clock::new(0.01, 1.0, 1).unwrap();
-        let system = zimm_core::System::new(space, particles, clock);
+        let particles = Particles::new((0..count).map(spiral).collect()).unwrap();
+        let clock = Clock::new(0.01, 1.0, 1).unwrap();
+        let system = System::new(space, particles, clock);
         mobility.bind(&system.frame()).unwrap();
         let mut velocities = vec![DVec3::ZERO; count];
         mobility.apply(system.particles.positions(), &mut velocities);
