@@ -86,9 +86,14 @@ fn seed(options: &Options, rate: f64, group: u64) -> u64 {
     options.seed ^ rate.to_bits().rotate_left(17) ^ group.rotate_left(40)
 }
 
-/// A time step that resolves relaxation and flow.
-fn step_size(rate: f64) -> f64 {
-    0.05 / rate.max(1.0)
+/// A time step that resolves the flow, a relaxation time and, as it is explicit, the excluded volume.
+fn step_size(model: &Model, rate: f64) -> f64 {
+    let resolved = if model.excluded_volume().is_some() {
+        0.02
+    } else {
+        0.1
+    };
+    resolved / rate.max(1.0)
 }
 
 fn first_difference(stress: DMat3) -> f64 {

@@ -181,7 +181,7 @@ fn transient(
     bar: &ProgressBar,
 ) -> Result<Vec<Moment>, Problem> {
     let (shape, time) = (options.flow.shape(options.mixedness), longest_time(model));
-    let dt = step_size(rate).min(0.25 * FIRST * time);
+    let dt = step_size(model, rate).min(0.25 * FIRST * time);
     let before = match protocol {
         Protocol::Cessation => (TRANSIENT * time / dt).ceil() as u64,
         _ => 1,
@@ -252,7 +252,7 @@ fn oscillation(
     bar: &ProgressBar,
 ) -> Result<Moment, Problem> {
     let shape = options.flow.shape(options.mixedness);
-    let between = (TAU / omega / MOMENTS_OF_PERIOD as f64 / step_size(omega)).ceil();
+    let between = (TAU / omega / MOMENTS_OF_PERIOD as f64 / step_size(model, omega)).ceil();
     let dt = TAU / omega / MOMENTS_OF_PERIOD as f64 / between;
     let period = MOMENTS_OF_PERIOD * between as u64;
     let before = (TRANSIENT * longest_time(model) / (period as f64 * dt)).ceil() as u64 * period;

@@ -21,7 +21,7 @@ use std::time::Instant;
 use zimm::prelude::*;
 
 /// Time that counts, in longest relaxation times.
-const MEASUREMENT: f64 = 40.0;
+const MEASUREMENT: f64 = 20.0;
 /// Strain in which a coil unfolds.
 const UNFOLDING: f64 = 15.0;
 
@@ -113,7 +113,7 @@ fn groups(model: &Model) -> u64 {
 fn row(options: &Options, model: &Model, rate: f64, bar: &ProgressBar) -> Result<Row, Problem> {
     let start = Instant::now();
     let gradient = options.flow.shape(options.mixedness) * rate;
-    let dt = step_size(rate);
+    let dt = step_size(model, rate);
     let flowing = |group| -> Result<_, Problem> {
         let clock = Clock::new(dt, KT, seed(options, rate, group))?;
         let samples = if model.is_in_cell() {
@@ -192,6 +192,8 @@ type Samples = Vec<(DMat3, f64)>;
 struct SteadyFlow<B> {
     flow: Flow,
     rate: f64,
+    /// Length at which a spring ends.
+    limit: f64,
     /// Whether the positions of the beads tell the stress.
     is_free_draining: bool,
     space: PhantomData<B>,
@@ -202,6 +204,7 @@ impl<B> SteadyFlow<B> {
         Self {
             flow: options.flow,
             rate,
+            limit: model.spring().limit(),
             is_free_draining: model.is_free_draining(),
             space: PhantomData,
         }
@@ -220,13 +223,16 @@ impl<B: Boundary> Experiment for SteadyFlow<B> {
         R: Root<B, M>,
     {
         let molecules = scene.chains;
-        // What is stretched relaxes faster than what is coiled: in shear with the rate to the power 2/3, in extension
-        // with the rate. A coil needs some strain to unfold.
+        // What is stretched to its limit relaxes faster than a coil: in shear with the rate to the power 2/3, in
+        // extension, which stretches from a rate of one relaxation time on, with the rate. A coil needs some strain to
+        // unfold.
         let time = scene.longest_time();
-        let weissenberg = (self.rate * time).max(1.0);
         let time = match self.flow {
-            Flow::Shear => time * weissenberg.powf(-2.0 / 3.0),
-            _ => time / weissenberg,
+            Flow::Shear | Flow::Mixed => {
+                let contour = self.limit * f64::from(molecules.beads() - 1).sqrt();
+                time * (self.rate * time / contour).max(1.0).powf(-2.0 / 3.0)
+            }
+            Flow::Extension | Flow::Uniaxial => time / (self.rate * time).max(1.0),
         };
         let before = TRANSIENT * time + UNFOLDING / self.rate.max(1.0);
         let mut giesekus = GiesekusStress {
