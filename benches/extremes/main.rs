@@ -9,6 +9,7 @@
 //! better. The last line counts those; it must say 0.
 
 mod chains;
+mod hydrodynamics;
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -34,7 +35,12 @@ struct Trial {
 }
 
 fn main() -> ExitCode {
-    let trials = match chains::trials() {
+    let all = || -> Result<Vec<Trial>, Problem> {
+        let mut trials = chains::trials()?;
+        trials.extend(hydrodynamics::trials()?);
+        Ok(trials)
+    };
+    let trials = match all() {
         Ok(trials) => trials,
         Err(error) => {
             eprintln!("extremes: {error}");

@@ -12,7 +12,9 @@
 
 mod chain_steps;
 mod chart;
+mod hydrodynamic_steps;
 mod lattice;
+mod mobility;
 
 use chart::Panel;
 use clap::{Parser, ValueEnum};
@@ -41,6 +43,10 @@ enum Figure {
     Lattice,
     /// Error of schemes for bead-spring chains against step and CPU time.
     ChainSteps,
+    /// CPU time and error of products with a periodic mobility and of its roots.
+    Mobility,
+    /// CPU time of a unit of time with hydrodynamic interactions, at equal error.
+    HydrodynamicSteps,
 }
 
 fn main() -> Result<(), Problem> {
@@ -61,6 +67,8 @@ fn main() -> Result<(), Problem> {
         match figure {
             Figure::Lattice => lattice::figure(&task)?,
             Figure::ChainSteps => chain_steps::figure(&task)?,
+            Figure::Mobility => mobility::figure(&task)?,
+            Figure::HydrodynamicSteps => hydrodynamic_steps::figure(&task)?,
         }
         println!("{}: {}", task.name, task.path("svg").display());
     }

@@ -171,7 +171,7 @@ impl Block {
     }
 
     fn check(&self) -> Result<(), MobilityError> {
-        let quantity = "a pivot";
+        let quantity = "pivot";
         match self.outcome {
             Outcome::Good => Ok(()),
             Outcome::Negative(found) => Err(MobilityError::NotPositive { quantity, found }),

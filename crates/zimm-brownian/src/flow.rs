@@ -46,12 +46,6 @@ impl Carry {
     pub(crate) fn strain(&self, r: DVec3) -> DVec3 {
         self.sudden.map_or(r, |sudden| sudden * r)
     }
-
-    /// The size of the rate: its Frobenius norm.
-    pub(crate) fn strength(&self) -> f64 {
-        let squares = self.rate.to_cols_array().map(|entry| entry * entry);
-        squares.iter().sum::<f64>().sqrt()
-    }
 }
 
 fn largest(m: DMat3) -> f64 {

@@ -7,7 +7,7 @@ use crate::{
     flow::Carry,
     mixing::Mixing,
     one_bond::lengths,
-    relaxation::{Problem, Relaxation, Unsolved, end},
+    relaxation::{Problem, Relaxation, Unsolved, end, safe},
     stage::zero,
 };
 use std::array::from_fn;
@@ -93,13 +93,16 @@ impl Implicit {
         Ok(())
     }
 
-    /// Gathers the molecules and the forces of their springs.
+    /// Gathers the molecules and the forces of their springs; `forces` are all that act now.
     pub(crate) fn gather<B: Boundary, S: BondForce, M: Mobility<B>>(
         &mut self,
         scene: &Scene<'_, S>,
         frame: &Frame<'_, B>,
+        forces: &[DVec3],
         mobility: &M,
     ) -> Result<(), StepError> {
+        // Nothing is carried over from the last step, so that a run may stop and go on.
+        self.lagged.clear();
         for work in &mut self.works {
             let place = |&identity: &u32| frame.place(identity).unwrap_or(0) as u32;
             work.places.clear();
@@ -108,7 +111,9 @@ impl Implicit {
             let alone = work.places.iter().map(|&p| mobility.alone(p as usize));
             work.mobilities.extend(alone);
         }
-        each_block(&mut self.works, |_, work| work.gather(scene, frame));
+        each_block(&mut self.works, |_, work| {
+            work.gather(scene, frame, forces);
+        });
         match self.works.iter_mut().find_map(|work| work.torn.take()) {
             None => Ok(()),
             Some(source) => Err(StepError::Parameter {
@@ -231,7 +236,7 @@ impl Implicit {
                     self.tension[place as usize] = (0.5 * scene.dt / work.pull[k]) * pulled;
                 }
             }
-            // Twice the tension's mean over the step is what moved the beads in half a step.
+            // What these tensions move all beads by, less what was taken for it.
             zero(&mut self.residual, particles);
             mobility.apply(&self.tension, &mut self.residual);
             let moved = norm(&self.residual);
@@ -277,73 +282,110 @@ impl Implicit {
 }
 
 impl Work {
-    fn gather<B: Boundary, S: BondForce>(&mut self, scene: &Scene<'_, S>, frame: &Frame<'_, B>) {
+    fn gather<B: Boundary, S: BondForce>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        frame: &Frame<'_, B>,
+        forces: &[DVec3],
+    ) {
         let beads = self.places.len();
-        let periodic = frame.boundary.cell().is_some();
         self.start.clear();
-        let places = self.places.iter();
+        let places = self.places.iter().map(|&place| place as usize);
         self.start
-            .extend(places.map(|&place| frame.positions[place as usize]));
+            .extend(places.map(|place| frame.positions[place]));
         zero(&mut self.images, beads);
         zero(&mut self.springs, beads);
         zero(&mut self.dropped, beads);
         self.centres.clear();
-        let limit = scene.law.limit();
-        let strongest = limit * (1.0 + 2.0 * scene.carry.strength());
-        let thermal = 64.0 * scene.kt;
-        let half = 0.5 * scene.dt;
-        for part in &self.block.parts {
-            let links = &self.block.links[part.links.clone()];
-            let whole = &mut self.start[part.beads.clone()];
-            let first = part.beads.start;
-            if periodic {
-                for (k, &[i, j]) in links.iter().enumerate() {
-                    let (i, j) = (i as usize, j as usize);
-                    if k + 1 < whole.len() {
-                        let here = whole[j];
-                        let wrapped = frame.positions[self.places[first + i] as usize];
-                        whole[j] = whole[i] + frame.boundary.min_image(here - wrapped);
-                        self.images[first + j] = scene.carry.whole * (here - whole[j]);
-                    } else {
-                        let along = whole[i] - whole[j];
-                        let nearest = frame.boundary.min_image(along);
-                        if (along - nearest).length() > 1e-6 * frame.boundary.reach() {
-                            let (name, allowed) = (
-                                "length along its ring of a bond that closes it",
-                                "that of its nearest image",
-                            );
-                            let length = along.length();
-                            self.torn = Some(ParameterError::new(name, length, allowed));
-                        }
-                    }
-                }
+        for number in 0..self.block.parts.len() {
+            let part = self.block.parts[number].clone();
+            if frame.boundary.cell().is_some() {
+                self.unfold(scene, frame, &part);
             }
-            for &[i, j] in links {
-                let (i, j) = (i as usize, j as usize);
-                let bond = whole[i] - whole[j];
-                let c = self.mobilities[first + i] + self.mobilities[first + j];
-                let force = scene.law.force(bond.length_squared()) * bond;
-                self.springs[first + i] += force;
-                self.springs[first + j] -= force;
-                let thrown = half * c * force;
-                let far = thrown.length_squared() > strongest * strongest;
-                if far && force.dot(bond).abs() > thermal {
-                    self.dropped[first + i] += force;
-                    self.dropped[first + j] -= force;
-                }
-            }
+            let whole = &self.start[part.beads.clone()];
             let sum: DVec3 = whole.iter().sum();
             let centre = sum * (1.0 / whole.len() as f64);
-            for r in whole {
+            self.pull(scene, forces, &part, centre);
+
+            for r in &mut self.start[part.beads.clone()] {
                 *r = scene.carry.strain(*r - centre);
             }
             let there = scene.carry.whole * centre;
-            let images = self.images[part.beads.clone()].iter();
+            let images = self.images[part.beads].iter();
             let apart = images.fold(DVec3::ZERO, |most, r| most.max(r.abs()));
             let extent = (there.abs() + apart).max_element();
             self.centres.push((there, extent));
         }
         self.solution.clone_from(&self.start);
+    }
+
+    /// Puts a set together that the cell has cut.
+    fn unfold<B: Boundary, S>(&mut self, scene: &Scene<'_, S>, frame: &Frame<'_, B>, part: &Part) {
+        let first = part.beads.start;
+        let whole = &mut self.start[part.beads.clone()];
+        for (k, &[i, j]) in self.block.links[part.links.clone()].iter().enumerate() {
+            let (i, j) = (i as usize, j as usize);
+            if k + 1 < whole.len() {
+                let here = whole[j];
+                let wrapped = frame.positions[self.places[first + i] as usize];
+                whole[j] = whole[i] + frame.boundary.min_image(here - wrapped);
+                self.images[first + j] = scene.carry.whole * (here - whole[j]);
+            } else {
+                let along = whole[i] - whole[j];
+                let nearest = frame.boundary.min_image(along);
+                if (along - nearest).length() > 1e-6 * frame.boundary.reach() {
+                    let name = "length along its ring of a bond that closes it";
+                    let allowed = "that of its nearest image";
+                    self.torn = Some(ParameterError::new(name, along.length(), allowed));
+                }
+            }
+        }
+    }
+
+    /// The forces of springs, and those that half a step of the trapezoidal rule would throw too far.
+    fn pull<S: BondForce>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        forces: &[DVec3],
+        part: &Part,
+        centre: DVec3,
+    ) {
+        let whole = &self.start[part.beads.clone()];
+        let mobilities = &self.mobilities[part.beads.clone()];
+        let springs = &mut self.springs[part.beads.clone()];
+        let limit = scene.law.limit();
+        let bonds = self.block.links[part.links.clone()].iter().map(|&[i, j]| {
+            let (i, j) = (i as usize, j as usize);
+            let bond = whole[i] - whole[j];
+            let force = scene.law.force(bond.length_squared()) * bond;
+            let c = 0.5 * scene.dt * (mobilities[i] + mobilities[j]);
+            (i, j, c, bond, force)
+        });
+        let mut far = false;
+        for (i, j, c, _, force) in bonds.clone() {
+            springs[i] += force;
+            springs[j] -= force;
+            far |= (c * force).length_squared() > limit * limit;
+        }
+        if !far {
+            return;
+        }
+        // No balance of flow and other forces needs a tension of more than half of this.
+        let places = self.places[part.beads.clone()].iter();
+        let mut drive = 0.0;
+        for (k, &place) in places.enumerate() {
+            let carried = scene.carry.rate * (whole[k] - centre);
+            let others = forces[place as usize] - springs[k];
+            drive += carried.length() / (scene.dt * mobilities[k]) + others.length();
+        }
+        let dropped = &mut self.dropped[part.beads.clone()];
+        for (i, j, c, bond, force) in bonds {
+            let strong = force.dot(bond).abs() > 64.0 * scene.kt;
+            if strong && c * force.length() > limit + 2.0 * c * drive {
+                dropped[i] += force;
+                dropped[j] -= force;
+            }
+        }
     }
 
     /// Solves for beads that move alone, with springs acting for a `time`.
@@ -388,16 +430,20 @@ impl Work {
         let centres = &self.centres[first..first + W];
         let bonds: [DVec3; W] = from_fn(|w| free[2 * w] - free[2 * w + 1]);
         let displacement = bonds.map(DVec3::length);
+        let limit = scene.law.limit();
         let c: [f64; W] = from_fn(|w| pull[2 * w] + pull[2 * w + 1]);
         let guess: [f64; W] = from_fn(|w| (solution[2 * w] - solution[2 * w + 1]).length());
-        let ends: [f64; W] = from_fn(|w| {
-            let [a, b] = [free[2 * w], free[2 * w + 1]].map(|r| r.abs().max_element());
-            end(scene.law, centres[w].1 + a.max(b))
-        });
+        let ends = [end(scene.law); W];
         let found = lengths(scene.law, c, displacement, ends, guess, scene.tolerance);
-        let Some(found) = found else {
+        let Some(mut found) = found else {
             return false;
         };
+        for w in 0..W {
+            let (a, b) = (2 * w, 2 * w + 1);
+            let middle = (pull[b] * free[a] + pull[a] * free[b]) * (1.0 / c[w]);
+            let extent = centres[w].1 + middle.abs().max_element() + found[w];
+            found[w] = found[w].min(limit * safe(scene.law, extent));
+        }
         for w in 0..W {
             let pulled = if displacement[w] > 0.0 {
                 (1.0 - found[w] / displacement[w]) / c[w] * bonds[w]
@@ -412,23 +458,46 @@ impl Work {
 
     fn solve_part<S: BondForce>(&mut self, scene: &Scene<'_, S>, number: usize) {
         let Part { beads, links } = self.block.parts[number].clone();
-        let free = &self.target[beads.clone()];
+        let free = &mut self.target[beads.clone()];
         let solution = &mut self.solution[beads.clone()];
         if links.is_empty() {
             solution.copy_from_slice(free);
             return;
         }
+        // Springs do not move the mean position weighed by friction. Digits are kept for what is relative to it.
+        let pull = &self.pull[beads];
+        let (middle, before) = (middle(free, pull), middle(solution, pull));
+        free.iter_mut().for_each(|r| *r -= middle);
+        solution.iter_mut().for_each(|r| *r -= before);
         let largest = |most: f64, r: &DVec3| most.max(r.abs().max_element());
+        let reach = free.len() as f64 * scene.law.limit();
+        let extent = free.iter().fold(0.0, largest).min(reach);
         let problem = Problem {
             law: scene.law,
             links: &self.block.links[links],
             free,
-            pull: &self.pull[beads],
+            pull,
             tolerance: scene.tolerance,
-            extent: self.centres[number].1 + free.iter().fold(0.0, largest),
+            extent,
         };
         if let Err(unsolved) = self.relaxation.solve(&problem, solution) {
             self.outcome = Some(unsolved);
         }
+        let there = self.centres[number].1 + middle.abs().max_element() + extent;
+        let safe = safe(scene.law, there);
+        let fits = problem.fits(safe, solution);
+        let scale = if fits { 1.0 } else { safe };
+        solution.iter_mut().for_each(|r| *r = middle + scale * *r);
+        free.iter_mut().for_each(|r| *r += middle);
     }
+}
+
+/// The mean position, weighed by friction.
+fn middle(positions: &[DVec3], pull: &[f64]) -> DVec3 {
+    let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+    for (r, pull) in positions.iter().zip(pull) {
+        sum += *r / *pull;
+        weights += 1.0 / pull;
+    }
+    sum / weights
 }

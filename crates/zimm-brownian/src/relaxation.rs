@@ -23,7 +23,7 @@ pub(crate) struct Problem<'a, S> {
     pub(crate) pull: &'a [f64],
     /// Relative tolerance.
     pub(crate) tolerance: f64,
-    /// No coordinate is larger than this, neither here nor where the solution will be put.
+    /// No coordinate of the solution is larger than this.
     pub(crate) extent: f64,
 }
 
@@ -36,20 +36,31 @@ pub(crate) struct Unsolved {
     pub(crate) iterations: usize,
 }
 
-/// The length that no spring passes, less what rounding may add where coordinates are as large as `extent`.
+/// The length that no spring passes.
 #[inline(always)]
-pub(crate) fn end<S: BondForce>(law: &S, extent: f64) -> f64 {
-    let limit = law.limit();
-    (limit * FULLEST - 16.0 * f64::EPSILON * extent).max(0.5 * limit)
+pub(crate) fn end<S: BondForce>(law: &S) -> f64 {
+    law.limit() * FULLEST
+}
+
+/// What is left of a length when rounding may add to it where coordinates are as large as `extent`.
+#[inline(always)]
+pub(crate) fn safe<S: BondForce>(law: &S, extent: f64) -> f64 {
+    1.0 - 16.0 * f64::EPSILON * extent / law.limit()
 }
 
 impl<S: BondForce> Problem<'_, S> {
     fn end(&self) -> f64 {
-        end(self.law, self.extent)
+        end(self.law)
     }
 
     fn bonds(&self) -> impl Iterator<Item = (usize, usize)> {
         self.links.iter().map(|&[i, j]| (i as usize, j as usize))
+    }
+
+    /// Whether all bonds are shorter than a part of the limit.
+    pub(crate) fn fits(&self, part: f64, x: &[DVec3]) -> bool {
+        let most = part * self.law.limit();
+        self.bonds().all(|(i, j)| (x[i] - x[j]).length() < most)
     }
 
     /// The gradient of sum |x_i - free_i|^2 / 2 pull_i + sum U.
@@ -234,7 +245,7 @@ impl Relaxation {
         }))
     }
 
-    /// Solves bond by bond, as long as that converges fast.
+    /// Solves bond by bond, as long as that converges fast. What is not a number is passed on; the stepper will find it.
     fn sweep<S: BondForce>(&mut self, problem: &Problem<'_, S>, x: &mut [DVec3]) -> bool {
         let end = problem.end();
         self.tensions.clear();
@@ -275,8 +286,7 @@ impl Relaxation {
             if change.relative() <= problem.tolerance {
                 return true;
             }
-            let slow = change.most > 0.2 * before;
-            if slow || change.most.is_nan() {
+            if change.most > 0.2 * before {
                 return false;
             }
             before = change.most;

@@ -278,7 +278,8 @@ pub(crate) fn block(r: DVec3, [iso, dyad]: [f64; 2]) -> DMat3 {
 
 /// Tells of the first of some vectors that is not finite.
 pub(crate) fn finite(quantity: &'static str, vectors: &[DVec3]) -> Result<(), MobilityError> {
-    match vectors.iter().position(|v| !v.is_finite()) {
+    // Distances are squared.
+    match vectors.iter().position(|v| !v.length_squared().is_finite()) {
         None => Ok(()),
         Some(particle) => Err(MobilityError::NotFinite {
             quantity,

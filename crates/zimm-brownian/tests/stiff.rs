@@ -92,6 +92,10 @@ fn dumbbells<B: Boundary, S: BondForce>(
     let mut sums = [vec![0.0; count], vec![0.0; count]];
     for step in 0..relax + steps {
         stepper.step(system, springs, &mut ()).unwrap();
+        if system.boundary.cell().is_none() {
+            let molecules = Molecules::linear(0, count as u32, 2).unwrap();
+            zimm_core::recentre(system, &molecules).unwrap();
+        }
         if step < relax {
             continue;
         }
@@ -101,10 +105,6 @@ fn dumbbells<B: Boundary, S: BondForce>(
             let bond = system.boundary.min_image(r[i] - r[j]);
             sums[0][k] += bond.length_squared() / steps as f64;
             sums[1][k] -= bond.dot(forces[i]) / steps as f64;
-        }
-        if system.boundary.cell().is_none() {
-            let molecules = Molecules::linear(0, count as u32, 2).unwrap();
-            zimm_core::recentre(system, &molecules).unwrap();
         }
     }
     sums.map(|sums| mean_and_error(&sums))
@@ -405,7 +405,7 @@ fn law_second_order_with_springs_flow_and_another_force() {
 fn law_a_balance_of_flow_and_springs_is_a_fixed_point_at_any_step() {
     for (rate, dt) in [(1.0, 1.0), (1e3, 0.1), (1e5, 1e-3)] {
         // eps Q = Q / (2 (1 - Q^2 / b)).
-        let length = (50.0 * (1.0 - 0.5 / rate) as f64).sqrt();
+        let length = f64::sqrt(50.0 * (1.0 - 0.5 / rate));
         let positions = vec![0.5 * length * DVec3::X, -0.5 * length * DVec3::X];
         let flow = OpenFlow::new(planar(rate)).unwrap();
         let mut system = system(flow, positions, dt, 0.0, 1);
@@ -420,6 +420,36 @@ fn law_a_balance_of_flow_and_springs_is_a_fixed_point_at_any_step() {
             error < 1e-6,
             "rate {rate}: {error:e} of the distance to the limit"
         );
+    }
+}
+
+/// The tension in the middle of a chain is many times that of a dumbbell, and must not be taken for an accident. The
+/// chain finds its balance in steps of 1, and keeps it in steps of up to 20 strains.
+#[test]
+fn law_a_chain_in_balance_stays_there_at_any_step() {
+    let molecules = Molecules::linear(0, 1, 20).unwrap();
+    let mut springs = (Bonded::new(fene(50.0), molecules.bonds()), ());
+    for rate in [0.02, 1.0] {
+        let flow = OpenFlow::new(planar(rate)).unwrap();
+        let start = stretched(&molecules, 5.0);
+        let mut balanced = system(flow, start, 0.5 / rate, 0.0, 1);
+        zimm_core::recentre(&mut balanced, &molecules).unwrap();
+        let mut stepper = scheme();
+        for _ in 0..2000 {
+            stepper.step(&mut balanced, &mut springs, &mut ()).unwrap();
+            zimm_core::recentre(&mut balanced, &molecules).unwrap();
+        }
+        let found = balanced.particles.positions().to_vec();
+        for dt in [0.01, 1.0, 10.0, 20.0].map(|strain| strain / rate) {
+            let mut system = system(flow, found.clone(), dt, 0.0, 1);
+            for _ in 0..3 {
+                stepper.step(&mut system, &mut springs, &mut ()).unwrap();
+                zimm_core::recentre(&mut system, &molecules).unwrap();
+            }
+            let pairs = found.iter().zip(system.particles.positions());
+            let moved = pairs.fold(0.0_f64, |most, (a, b)| most.max((*a - *b).length()));
+            assert!(moved < 1e-4, "rate {rate}, dt {dt}: moved by {moved}");
+        }
     }
 }
 
@@ -500,7 +530,7 @@ fn law_the_implicit_equations_hold_with_hydrodynamic_interactions() {
     let radius = 0.45;
     for dt in [0.01, 1.0, 100.0] {
         let positions = coiled(&molecules, 2.0 * radius);
-        let mut system = system(Open, positions.clone(), dt, 0.0, 1);
+        let mut system = system(Open, positions.clone(), dt, 1.0, 1);
         let mut springs = Bonded::new(fene(10.0), molecules.bonds());
         let mut before = vec![DVec3::ZERO; 10];
         springs
@@ -526,9 +556,9 @@ fn law_the_implicit_equations_hold_with_hydrodynamic_interactions() {
     }
 }
 
-// 250 dumbbells in one open space would all interact, so each is a system of its own: hydrodynamic interaction does not
-// change equilibrium. b = 50, dt = 0.05, radius sqrt(pi) / 4, 60 runs of 400 steps, seeds 1 to 60: error 2 to 3 %, 4 sigma
-// of which finds a mobility that is not that of the noise (a factor of 1.5 in the variance for touching beads).
+// Hydrodynamic interaction does not change equilibrium. Dumbbells in one open space would all interact, so each is a
+// system of its own. b = 50, dt = 0.05, radius sqrt(pi) / 4, 60 runs of 400 steps, seeds 1 to 60: error 4 %, bound 4 sigma.
+// A force that moved beads as if they were alone, with noise that does not, would be 30 % off.
 #[test]
 fn limit_equilibrium_with_hydrodynamic_interactions() {
     let mut samples = Vec::new();
@@ -612,8 +642,8 @@ fn extreme_nothing_overstretches_whatever_rate_step_and_spring() {
                 ] {
                     for rate in [1.0, 1e3, 1e5] {
                         for dt in [1e-5, 1e-2, 1.0, 200.0] {
-                            // Positions in extension grow as exp(rate dt), and end where numbers end.
-                            if gradient.x_axis.x != 0.0 && rate * dt > 300.0 {
+                            // Centres in extension go as exp(rate dt), and bonds lose their digits to them.
+                            if gradient.x_axis.x != 0.0 && rate * dt > 20.0 {
                                 continue;
                             }
                             let what = format!("{kind}, b {b}, {gradient:?} times {rate}, dt {dt}");
@@ -621,6 +651,7 @@ fn extreme_nothing_overstretches_whatever_rate_step_and_spring() {
                             let mut system = system(flow, start.clone(), dt, 1.0, 5);
                             let mut springs = Bonded::new(fene(b), molecules.bonds());
                             let mut stepper = scheme();
+                            zimm_core::recentre(&mut system, &molecules).unwrap();
                             for _ in 0..4 {
                                 if let Err(error) = stepper.step(&mut system, &mut springs, &mut ())
                                 {
