@@ -2,8 +2,8 @@
 //! extension and shear rates.
 //!
 //! ```text
-//! cargo run --release --example mixed_flow_map                   about ten minutes on two cores
-//! cargo run --release --example mixed_flow_map -- --quick        a coarse map in one minute
+//! cargo run --release --example mixed_flow_map                   an hour or two on two cores
+//! cargo run --release --example mixed_flow_map -- --quick        a coarse map in ten minutes
 //! cargo run --release --example mixed_flow_map -- --resume       goes on after an interruption
 //! ```
 //!
