@@ -80,7 +80,6 @@ struct Options {
 /// One moment: strain, viscosity, mean square end-to-end distance.
 type Sample = [f64; 3];
 type Space = PlanarMixed<Steady>;
-type Forces = (Bonded<Fene>, ());
 
 fn main() -> Result<(), Problem> {
     let options = Options::parse();
@@ -90,7 +89,7 @@ fn main() -> Result<(), Problem> {
     let mobility = Mesh::new(FRICTION, radius, options.tolerance)?;
     let mut stepper = SemiImplicit::new(mobility, SplitNoise::new(options.tolerance)?);
     let spring = Fene::new(1.0, EXTENSIBILITY.sqrt())?;
-    let mut forces: Forces = (Bonded::new(spring, chains.bonds()), ());
+    let mut forces = Bonded::new(spring, chains.bonds());
 
     let [table, checkpoint] =
         ["csv", "checkpoint"].map(|kind| options.out.join(format!("semidilute.{kind}")));

@@ -236,7 +236,8 @@ where
         tally: &mut T,
     ) -> Result<(), StepError> {
         self.stage.open(system, field)?;
-        self.propose(system, &field.0, Some(&mut field.1))?;
+        let (springs, rest) = field;
+        self.propose(system, springs, Rest::ACTS.then_some(rest))?;
         self.accept(system, field, tally)
     }
 }

@@ -5,6 +5,9 @@
     reason = "a test may panic, and so may its helpers"
 )]
 
+mod common;
+
+use common::{at, at_time, numbers, product, vectors};
 use serde_json::Value;
 use zimm_boundary::{KraynikReinelt, LeesEdwards, PeriodicBox, PlanarMixed, Steady};
 use zimm_brownian::{
@@ -12,28 +15,6 @@ use zimm_brownian::{
 };
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{Boundary, Clock, DMat3, DVec3, IVec3, MobilityError, Particles, Periodic, System};
-
-fn at<B: Boundary>(space: B, positions: &[DVec3]) -> System<B> {
-    at_time(space, positions, 0.0)
-}
-
-fn at_time<B: Boundary>(space: B, positions: &[DVec3], time: f64) -> System<B> {
-    let particles = Particles::new(positions.to_vec()).unwrap();
-    let mut clock = Clock::new(if time > 0.0 { time } else { 1.0 }, 1.0, 1).unwrap();
-    if time > 0.0 {
-        clock.tick();
-    }
-    System::new(space, particles, clock)
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    let number = |x: &Value| x.as_f64().unwrap();
-    value.as_array().unwrap().iter().map(number).collect()
-}
-
-fn vectors(value: &Value) -> Vec<DVec3> {
-    numbers(value).chunks(3).map(DVec3::from_slice).collect()
-}
 
 /// A cell whose basis vectors are the rows of a file.
 fn cell(rows: &[f64]) -> PeriodicBox {
@@ -55,17 +36,6 @@ fn all_matrices() -> Vec<Value> {
     .into_iter()
     .flat_map(cases)
     .collect()
-}
-
-fn product<B: Boundary>(
-    mobility: &mut impl Mobility<B>,
-    system: &System<B>,
-    forces: &[DVec3],
-) -> Vec<DVec3> {
-    mobility.bind(&system.frame()).unwrap();
-    let mut velocities = vec![DVec3::ZERO; forces.len()];
-    mobility.apply(forces, &mut velocities);
-    velocities
 }
 
 /// The matrix of a bound mobility, column by column.

@@ -5,39 +5,15 @@
     reason = "a test may panic, and so may its helpers"
 )]
 
+mod common;
+
+use common::{at, at_time, numbers, product, vectors};
 use proptest::prelude::*;
 use serde_json::Value;
 use std::f64::consts::{PI, TAU};
 use zimm_boundary::{KraynikReinelt, LeesEdwards, MixedRates, PeriodicBox, PlanarMixed, Steady};
 use zimm_brownian::{Entries, Ewald, Kirkwood, Mobility, Rpy, mobility_laws as laws};
-use zimm_core::{
-    Boundary, Clock, DMat3, DVec3, ListError, MobilityError, Molecules, Observable, Open,
-    Particles, Periodic, System,
-};
-
-fn at<B: Boundary>(space: B, positions: &[DVec3]) -> System<B> {
-    at_time(space, positions, 0.0)
-}
-
-fn at_time<B: Boundary>(space: B, positions: &[DVec3], time: f64) -> System<B> {
-    let particles = Particles::new(positions.to_vec()).unwrap();
-    let mut clock = Clock::new(if time > 0.0 { time } else { 1.0 }, 1.0, 1).unwrap();
-    if time > 0.0 {
-        clock.tick();
-    }
-    System::new(space, particles, clock)
-}
-
-fn product<B: Boundary>(
-    mobility: &mut impl Mobility<B>,
-    system: &System<B>,
-    forces: &[DVec3],
-) -> Vec<DVec3> {
-    mobility.bind(&system.frame()).unwrap();
-    let mut velocities = vec![DVec3::ZERO; forces.len()];
-    mobility.apply(forces, &mut velocities);
-    velocities
-}
+use zimm_core::{DMat3, DVec3, ListError, MobilityError, Molecules, Observable, Open, Periodic};
 
 fn ewald(radius: f64, error: f64) -> Ewald {
     Ewald::new(1.0, radius, error).unwrap()
@@ -55,15 +31,6 @@ fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
         .map(|(a, b)| (*a - *b).length_squared())
         .sum();
     (sum / a.len() as f64).sqrt()
-}
-
-fn numbers(value: &Value) -> Vec<f64> {
-    let number = |x: &Value| x.as_f64().unwrap();
-    value.as_array().unwrap().iter().map(number).collect()
-}
-
-fn vectors(value: &Value) -> Vec<DVec3> {
-    numbers(value).chunks(3).map(DVec3::from_slice).collect()
 }
 
 fn json(text: &str) -> Value {

@@ -8,6 +8,9 @@ use glam::DVec3;
 /// A force is a function of the frame and of nothing else, up to rounding: lists and buffers that an implementation
 /// keeps may change the order of its sums but not what is summed.
 pub trait ForceField<B: Boundary> {
+    /// Whether there are any forces; `false` takes out what a stepper would do for them alone.
+    const ACTS: bool = true;
+
     /// What the parts read; a stepper prepares no velocities that nobody reads.
     const READS: Reads;
 
@@ -32,6 +35,7 @@ pub trait ForceField<B: Boundary> {
 }
 
 impl<B: Boundary> ForceField<B> for () {
+    const ACTS: bool = false;
     const READS: Reads = Reads::NOTHING;
     const CONSERVES_MOMENTUM: bool = true;
 
@@ -48,6 +52,7 @@ impl<B: Boundary> ForceField<B> for () {
 macro_rules! sum_of_fields {
     ($($field:ident . $n:tt),+) => {
         impl<S: Boundary, $($field: ForceField<S>),+> ForceField<S> for ($($field,)+) {
+            const ACTS: bool = false $(|| $field::ACTS)+;
             const READS: Reads = Reads::NOTHING$(.or($field::READS))+;
             const CONSERVES_MOMENTUM: bool = true $(&& $field::CONSERVES_MOMENTUM)+;
 
