@@ -81,7 +81,7 @@ impl<L: PairForce> Forces<L> {
     }
 
     /// One evaluation of all forces that a tally hears.
-    pub(crate) fn tallied<T: Tally>(&mut self) {
+    pub(crate) fn tallied<T: Tally + Default>(&mut self) {
         self.forces.fill(DVec3::ZERO);
         let mut tally = T::default();
         self.field

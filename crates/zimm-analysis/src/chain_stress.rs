@@ -30,7 +30,7 @@ use zimm_core::{Boundary, DMat3, Frame, Molecules, Observable, Virial};
 /// let particles = Particles::new(vec![DVec3::ZERO, 2.0 * DVec3::X])?;
 /// let system = System::new(Open, particles, Clock::new(0.01, 1.0, 1)?);
 /// let mut virial = Virial::default();
-/// virial.hear(Item::Spring, -2.0 * DVec3::X, 1.5 * DVec3::X, &|| 0.0);
+/// virial.hear(Item::Spring, DVec3::ZERO, -2.0 * DVec3::X, 1.5 * DVec3::X, &|| 0.0);
 ///
 /// let molecules = Molecules::linear(0, 1, 2)?;
 /// let stress = ChainStress { molecules }.measure(&system.frame(), &virial)?;
@@ -93,7 +93,7 @@ mod tests {
             .accumulate(&system.frame(), &mut [DVec3::ZERO; 6], &mut virial)
             .unwrap();
         let r = DVec3::new(0.1, -0.5, -1.3);
-        virial.hear(Item::Conservative, r, 0.7 * r, &|| 0.0);
+        virial.hear(Item::Conservative, DVec3::ZERO, r, 0.7 * r, &|| 0.0);
         let chain = ChainStress { molecules }
             .measure(&system.frame(), &virial)
             .unwrap();

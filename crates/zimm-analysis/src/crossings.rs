@@ -303,7 +303,11 @@ impl Cubic {
 pub struct SpringDistances(pub Vec<f64>);
 
 impl Tally for SpringDistances {
-    fn hear(&mut self, item: Item, r: DVec3, _: DVec3, _: &impl Fn() -> f64) {
+    fn fresh(&self) -> Self {
+        Self::default()
+    }
+
+    fn hear(&mut self, item: Item, _: DVec3, r: DVec3, _: DVec3, _: &impl Fn() -> f64) {
         if item == Item::SpringRepulsion {
             self.0.push(r.length());
         }

@@ -104,7 +104,7 @@ impl StressBudget {
         let heard = self.virial.item(item);
         let columns = [heard.x_axis, heard.y_axis, heard.z_axis];
         for (column, axis) in columns.into_iter().zip(DVec3::AXES) {
-            self.virial.hear(item, column, -axis, &|| 0.0);
+            self.virial.hear(item, DVec3::ZERO, column, -axis, &|| 0.0);
         }
         self
     }
@@ -175,6 +175,7 @@ mod tests {
         for (k, item) in Item::ALL.into_iter().enumerate() {
             virial.hear(
                 item,
+                DVec3::ZERO,
                 DVec3::new(1.0, 3.0, 0.0),
                 DVec3::new(0.0, k as f64, 2.0),
                 &|| 0.0,

@@ -61,7 +61,7 @@ impl<B: Boundary, F: ForceField<B>, M: Mobility<B>, R: Root<B, M>> Stepper<B, F>
         stage.drive(system, &mut self.mobility, &mut self.root)?;
         stage.carry(system);
         let boundary = stage.settle(system)?;
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         stage.evaluate(system, &boundary, field, &mut heard)?;
         stage.commit(system, boundary);
         tally.absorb(heard);

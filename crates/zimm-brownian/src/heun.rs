@@ -94,7 +94,7 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for Heun {
         stage.rewind(system);
         stage.carry(system);
         let boundary = stage.settle(system)?;
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         stage.evaluate(system, &boundary, field, &mut heard)?;
         stage.commit(system, boundary);
         tally.absorb(heard);

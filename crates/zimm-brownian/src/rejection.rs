@@ -178,7 +178,7 @@ impl<B: Boundary, F: ForceField<B>, M: Mobility<B>, R: Root<B, M>> Stepper<B, F>
             self.stage.rewind(system);
         };
         let stage = &mut self.stage;
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         stage.evaluate(system, &boundary, field, &mut heard)?;
         stage.commit(system, boundary);
         tally.absorb(heard);

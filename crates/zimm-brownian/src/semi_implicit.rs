@@ -198,7 +198,7 @@ impl<M, R> SemiImplicit<M, R> {
         tally: &mut T,
     ) -> Result<(), StepError> {
         let boundary = self.stage.settle(system)?;
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         self.stage.evaluate(system, &boundary, field, &mut heard)?;
         self.stage.commit(system, boundary);
         tally.absorb(heard);

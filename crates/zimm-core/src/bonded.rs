@@ -168,7 +168,8 @@ impl<B: Boundary, S: BondForce> ForceField<B> for Bonded<S> {
             let force = self.spring.force(r2) * r;
             forces[first] += force;
             forces[second] -= force;
-            tally.hear(Item::Spring, r, force, &|| self.spring.energy(r2));
+            let at = frame.positions[first];
+            tally.hear(Item::Spring, at, r, force, &|| self.spring.energy(r2));
         }
         Ok(())
     }

@@ -184,7 +184,7 @@ where
         };
         let (neighbours, arch) = (&self.neighbours, self.arch);
         let mut work: Vec<(&mut Scratch, T)> =
-            self.blocks.iter_mut().map(|s| (s, T::default())).collect();
+            self.blocks.iter_mut().map(|s| (s, tally.fresh())).collect();
         each_block(&mut work, |block, (scratch, heard)| {
             scratch.clear();
             arch.dispatch(BlockOfWork::<B, L, N, T> {
@@ -420,13 +420,14 @@ impl Batch {
     #[inline(always)]
     fn report<L: PairForce, T: Tally>(&self, k: usize, view: &View<'_, L>, heard: &mut T) {
         let r = DVec3::new(self.x[k], self.y[k], self.z[k]);
+        let at = view.positions[self.i[k] as usize];
         let energy = || view.law.energy(&self.pair(k));
-        heard.hear(Item::Conservative, r, self.conservative[k] * r, &energy);
+        heard.hear(Item::Conservative, at, r, self.conservative[k] * r, &energy);
         if L::READS.velocity {
-            heard.hear(Item::Dissipative, r, self.dissipative[k] * r, &|| 0.0);
+            heard.hear(Item::Dissipative, at, r, self.dissipative[k] * r, &|| 0.0);
         }
         if L::READS.noise {
-            heard.hear(Item::Random, r, self.random[k] * r, &|| 0.0);
+            heard.hear(Item::Random, at, r, self.random[k] * r, &|| 0.0);
         }
     }
 }

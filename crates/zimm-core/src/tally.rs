@@ -32,12 +32,16 @@ impl Item {
 }
 
 /// Listens to the force loop. `()` listens to nothing and costs nothing; a tuple is two listeners.
-pub trait Tally: Default + Send {
+pub trait Tally: Send {
     /// Whether anything is heard; `false` takes the calls out of the loop.
     const LISTENS: bool = true;
 
-    /// One interaction: the separation r_ij, the force on i, and the potential energy for whoever asks.
-    fn hear(&mut self, item: Item, r: DVec3, force: DVec3, energy: &impl Fn() -> f64);
+    /// A listener of the same kind that has heard nothing; each block of work has one.
+    fn fresh(&self) -> Self;
+
+    /// One interaction: where i is, in any image; the separation r_ij, the force on i, and the potential energy for
+    /// whoever asks.
+    fn hear(&mut self, item: Item, at: DVec3, r: DVec3, force: DVec3, energy: &impl Fn() -> f64);
 
     /// Adds what another block heard; called in the order of blocks.
     fn absorb(&mut self, other: Self);
@@ -47,7 +51,10 @@ impl Tally for () {
     const LISTENS: bool = false;
 
     #[inline(always)]
-    fn hear(&mut self, _: Item, _: DVec3, _: DVec3, _: &impl Fn() -> f64) {}
+    fn fresh(&self) {}
+
+    #[inline(always)]
+    fn hear(&mut self, _: Item, _: DVec3, _: DVec3, _: DVec3, _: &impl Fn() -> f64) {}
 
     #[inline(always)]
     fn absorb(&mut self, (): ()) {}
@@ -56,10 +63,14 @@ impl Tally for () {
 impl<A: Tally, B: Tally> Tally for (A, B) {
     const LISTENS: bool = A::LISTENS || B::LISTENS;
 
+    fn fresh(&self) -> Self {
+        (self.0.fresh(), self.1.fresh())
+    }
+
     #[inline(always)]
-    fn hear(&mut self, item: Item, r: DVec3, force: DVec3, energy: &impl Fn() -> f64) {
-        self.0.hear(item, r, force, energy);
-        self.1.hear(item, r, force, energy);
+    fn hear(&mut self, item: Item, at: DVec3, r: DVec3, force: DVec3, energy: &impl Fn() -> f64) {
+        self.0.hear(item, at, r, force, energy);
+        self.1.hear(item, at, r, force, energy);
     }
 
     fn absorb(&mut self, other: Self) {
@@ -95,8 +106,12 @@ impl Virial {
 }
 
 impl Tally for Virial {
+    fn fresh(&self) -> Self {
+        Self::default()
+    }
+
     #[inline(always)]
-    fn hear(&mut self, item: Item, r: DVec3, force: DVec3, _: &impl Fn() -> f64) {
+    fn hear(&mut self, item: Item, _: DVec3, r: DVec3, force: DVec3, _: &impl Fn() -> f64) {
         let sum = &mut self.items[item as usize];
         sum.x_axis += force.x * r;
         sum.y_axis += force.y * r;
@@ -115,8 +130,12 @@ impl Tally for Virial {
 pub struct Energy(pub f64);
 
 impl Tally for Energy {
+    fn fresh(&self) -> Self {
+        Self::default()
+    }
+
     #[inline(always)]
-    fn hear(&mut self, item: Item, _: DVec3, _: DVec3, energy: &impl Fn() -> f64) {
+    fn hear(&mut self, item: Item, _: DVec3, _: DVec3, _: DVec3, energy: &impl Fn() -> f64) {
         if !matches!(item, Item::Dissipative | Item::Random | Item::Impulse) {
             self.0 += energy();
         }

@@ -132,7 +132,7 @@ fn double_loop<B: Periodic>(system: &System<B>) -> (Vec<DVec3>, [DMat3; 3], Vec<
     (forces, virial, sizes)
 }
 
-fn forces_of<B: Boundary, T: Tally>(
+fn forces_of<B: Boundary, T: Tally + Default>(
     field: &mut impl ForceField<B>,
     system: &System<B>,
 ) -> (Vec<DVec3>, T) {
@@ -373,7 +373,7 @@ fn law_the_virial_is_the_derivative_of_the_energy_by_strain() {
 #[test]
 fn law_the_virial_is_separation_times_force() {
     let mut virial = Virial::default();
-    virial.hear(Item::Spring, DVec3::X, 2.0 * DVec3::Y, &|| 0.0);
+    virial.hear(Item::Spring, DVec3::ZERO, DVec3::X, 2.0 * DVec3::Y, &|| 0.0);
     assert_eq!(virial.item(Item::Spring).y_axis, 2.0 * DVec3::X);
     assert_eq!(
         virial.total(),

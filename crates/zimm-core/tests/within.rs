@@ -60,7 +60,7 @@ fn scene<B: Boundary>(boundary: B, molecules: &Molecules, behind: u32) -> System
     System::new(boundary, particles, Clock::new(0.1, 1.0, 5).unwrap())
 }
 
-fn evaluate<B: Boundary, N: Neighbours<B>, T: Tally>(
+fn evaluate<B: Boundary, N: Neighbours<B>, T: Tally + Default>(
     system: &System<B>,
     neighbours: N,
 ) -> (Vec<DVec3>, T) {

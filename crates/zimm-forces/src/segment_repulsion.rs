@@ -83,6 +83,7 @@ pub struct SegmentRepulsion<L, N> {
 struct Near {
     beads: [[usize; 2]; 2],
     places: [f64; 2],
+    at: DVec3,
     apart: DVec3,
     distance: f64,
     /// Over the distance.
@@ -151,7 +152,7 @@ where
                 forces[beads[0]] += force - share;
                 forces[beads[1]] += share;
             }
-            tally.hear(Item::SpringRepulsion, near.apart, force, &|| {
+            tally.hear(Item::SpringRepulsion, near.at, near.apart, force, &|| {
                 law.energy(near.distance)
             });
         }
@@ -181,6 +182,7 @@ fn contact<B: Boundary, L: SegmentForce, N>(
         Some(Near {
             beads: segments.map(|segment| segment.beads),
             places: [s, t],
+            at: segments[0].middle + s * first,
             apart,
             distance,
             force: law.force(distance) / distance,

@@ -81,7 +81,7 @@ fn system<B: Boundary>(boundary: B, positions: Vec<DVec3>) -> System<B> {
     System::new(boundary, Particles::new(positions).unwrap(), clock)
 }
 
-fn evaluate<B: Boundary, T: Tally>(
+fn evaluate<B: Boundary, T: Tally + Default>(
     system: &System<B>,
     field: &mut impl ForceField<B>,
 ) -> Result<(Vec<DVec3>, T), ForceError> {
@@ -669,7 +669,11 @@ fn limit_random_rods_meet_as_onsager_counts() {
     struct Distances(Vec<f64>);
 
     impl Tally for Distances {
-        fn hear(&mut self, _: Item, r: DVec3, _: DVec3, _: &impl Fn() -> f64) {
+        fn fresh(&self) -> Self {
+            Self::default()
+        }
+
+        fn hear(&mut self, _: Item, _: DVec3, r: DVec3, _: DVec3, _: &impl Fn() -> f64) {
             self.0.push(r.length());
         }
 

@@ -92,7 +92,7 @@ where
         let stage = &mut self.stage;
         let (now, next) = (system.clock.now(), system.clock.next());
         let (half, middle) = (0.5 * now.dt, 0.5 * (now.time + next.time));
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
 
         stage.open(system, field)?;
         stage.kick(system, half)?;

@@ -112,7 +112,7 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for GrootWarren {
         stage.stream::<B>(&streaming);
         let boundary = stage.settle(system)?;
 
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         let seen = predicts.then_some(predicted.as_slice());
         stage.evaluate(system, &boundary, seen, field, &mut heard)?;
         stage.kick(system, half)?;

@@ -73,7 +73,7 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for Langevin {
         stage.stream::<B>(&Streaming::new(&system.boundary, middle, next.time, half));
         let boundary = stage.settle(system)?;
 
-        let mut heard = T::default();
+        let mut heard = tally.fresh();
         stage.evaluate(system, &boundary, None, field, &mut heard)?;
         stage.kick(system, half)?;
         stage.commit(system, boundary);

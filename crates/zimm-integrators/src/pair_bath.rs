@@ -223,9 +223,9 @@ impl<N> Sweep<N> {
             velocities[i] += (impulse / frame.mass(i)) * along;
             velocities[j] -= (impulse / frame.mass(j)) * along;
             if T::LISTENS {
-                let r = meeting.distance * along;
+                let (at, r) = (frame.positions[i], meeting.distance * along);
                 for (item, impulse) in K::ITEMS.into_iter().zip(impulses) {
-                    tally.hear(item, r, rate * impulse * along, &|| 0.0);
+                    tally.hear(item, at, r, rate * impulse * along, &|| 0.0);
                 }
             }
         }
@@ -285,7 +285,7 @@ where
     ));
     let boundary = stage.settle(system)?;
 
-    let mut heard = T::default();
+    let mut heard = tally.fresh();
     stage.evaluate(system, &boundary, None, field, &mut heard)?;
     stage.kick(system, half)?;
     sweep.act(bath, stage, system, (&boundary, next), &mut heard)?;

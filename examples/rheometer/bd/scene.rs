@@ -169,7 +169,7 @@ where
 
     /// Goes on to a step, the last one with a tally. Isolated chains are brought back to the origin now and then, from
     /// where the flow would carry them.
-    pub(crate) fn go_to<T: Tally>(&mut self, step: u64) -> Result<T, Problem> {
+    pub(crate) fn go_to<T: Tally + Default>(&mut self, step: u64) -> Result<T, Problem> {
         const BETWEEN: u64 = 10;
         let (system, field) = (&mut self.system, &mut self.field);
         let is_open = system.boundary.cell().is_none();
