@@ -1,10 +1,15 @@
 //! The Verlet list: candidate pairs from cells, kept while no pair can have been missed.
 
+mod cells;
+mod lanes;
+mod search;
+
 use crate::neighbours::{cutoff_fits, not_finite};
-use crate::{
-    Frame, Lattice, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block,
-};
-use glam::{DMat3, DVec3, IVec2, IVec3, Vec3Swizzles};
+use crate::{Frame, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block};
+use cells::{Grid, Run, Sorting};
+use glam::{DMat3, DVec3};
+use lanes::Packing;
+use search::{Around, Search};
 use std::ops::Range;
 
 /// A half list of all pairs closer than cutoff + skin, made from cells and kept while it is sure to hold every pair
@@ -58,6 +63,9 @@ struct Block {
     rows: Vec<Entry>,
     js: Vec<u32>,
     used: usize,
+    runs: Vec<Run>,
+    around: Vec<Around>,
+    groups: usize,
 }
 
 /// A row: candidates `js[start..end]` of the block.
@@ -96,7 +104,7 @@ impl VerletList {
 
     /// Number of pairs in the list.
     pub fn candidates(&self) -> usize {
-        self.blocks.iter().map(|block| block.js.len()).sum()
+        self.blocks.iter().map(|block| block.used).sum()
     }
 
     /// How far the list looks.
@@ -159,20 +167,20 @@ impl VerletList {
         let grid = Grid::new(frame.boundary.lattice(), self.range(cutoff), frame.len());
         self.sorting.sort(&grid, frame.positions);
         self.order.clone_from(&self.sorting.order);
-        self.reference.clone_from(&self.sorting.sorted);
-        self.positions.clone_from(&self.sorting.sorted);
+        self.reference.clone_from(&self.sorting.positions);
+        self.positions.clone_from(&self.sorting.positions);
         let shifts = grid.shifts();
         self.shifts.clone_from(&shifts);
         self.blocks
             .resize_with(number_of_blocks(frame.len()), Block::default);
         let (count, sorting) = (self.blocks.len(), &self.sorting);
-        let arch = pulp::Arch::new();
+        let packing = Packing::new();
         each_block(&mut self.blocks, |b, block| {
-            let range = block_range(b, count, sorting.order.len());
-            arch.dispatch(Search {
+            let places = block_range(b, count, sorting.order.len());
+            packing.run(Search {
                 grid: &grid,
                 sorting,
-                range,
+                places,
                 block,
             });
         });
@@ -247,294 +255,4 @@ fn least_singular_value(f: DMat3) -> f64 {
     let angle = libm::acos(cosine) / 3.0;
     let least = mean + 2.0 * p * libm::cos(angle + 2.0 * std::f64::consts::FRAC_PI_3);
     least.max(0.0).sqrt()
-}
-
-/// Cells in fractional coordinates. The last axis is cut finely: cells along it lie next to each other in memory, so
-/// a particle's candidates in one column of cells are one range.
-#[derive(Clone, Debug)]
-struct Grid {
-    basis: DMat3,
-    inverse: DMat3,
-    cells: IVec3,
-    reach: IVec3,
-    images: IVec3,
-    range: f64,
-}
-
-impl Grid {
-    fn new(lattice: &Lattice, range: f64, particles: usize) -> Self {
-        const CUT: DVec3 = DVec3::new(1.0, 1.0, 4.0);
-        let widths = lattice.widths();
-        let most = (4 * particles + 64) as f64;
-        let mut cells = (widths / range * CUT)
-            .floor()
-            .min(DVec3::splat(1e6))
-            .max(DVec3::ONE);
-        let wanted = cells.element_product();
-        if wanted > most {
-            cells = (cells * libm::cbrt(most / wanted)).floor().max(DVec3::ONE);
-        }
-        let reach = (range * cells / widths - 1e-9).ceil().max(DVec3::ONE);
-        let images = (reach / cells).ceil() + 1.0;
-        Self {
-            basis: lattice.basis(),
-            inverse: lattice.inverse(),
-            cells: cells.as_ivec3(),
-            reach: reach.as_ivec3(),
-            images: images.as_ivec3(),
-            range,
-        }
-    }
-
-    fn number_of_cells(&self) -> usize {
-        self.cells.as_i64vec3().element_product() as usize
-    }
-
-    /// The cell of a position, and the position in the primary cell.
-    #[inline(always)]
-    fn locate(&self, r: DVec3) -> (IVec3, DVec3) {
-        let s = self.inverse * r;
-        let n = crate::lattice::round(s);
-        let cell = ((s - n + 0.5) * self.cells.as_dvec3()).as_ivec3();
-        (cell.clamp(IVec3::ZERO, self.cells - 1), r - self.basis * n)
-    }
-
-    #[inline(always)]
-    fn index(&self, cell: IVec3) -> usize {
-        ((cell.x as usize * self.cells.y as usize) + cell.y as usize) * self.cells.z as usize
-            + cell.z as usize
-    }
-
-    /// Where the lattice vector that belongs to an image stands in the table of shifts.
-    fn shift_index(&self, image: IVec3) -> u32 {
-        let side = 2 * self.images + 1;
-        let n = image + self.images;
-        ((n.x * side.y + n.y) * side.z + n.z) as u32
-    }
-
-    /// The columns in reach of one column, each unordered pair of columns once, its own first.
-    fn half_space_of_columns(&self, own: IVec2, columns: &mut Vec<Column>) {
-        columns.clear();
-        for da in 0..=self.reach.x {
-            let first = if da == 0 { 0 } else { -self.reach.y };
-            for db in first..=self.reach.y {
-                let (a, image_a) = wrap_cell(own.x + da, self.cells.x);
-                let (b, image_b) = wrap_cell(own.y + db, self.cells.y);
-                columns.push(Column {
-                    first_cell: self.index(IVec3::new(a, b, 0)),
-                    image: IVec3::new(image_a, image_b, 0),
-                    own: da == 0 && db == 0,
-                });
-            }
-        }
-    }
-
-    /// What to add to the first particle when the second is seen in each image.
-    fn shifts(&self) -> Vec<DVec3> {
-        let mut table = Vec::new();
-        for a in -self.images.x..=self.images.x {
-            for b in -self.images.y..=self.images.y {
-                for c in -self.images.z..=self.images.z {
-                    table.push(self.basis * -IVec3::new(a, b, c).as_dvec3());
-                }
-            }
-        }
-        table
-    }
-}
-
-/// Particles sorted along cells.
-#[derive(Clone, Debug, Default)]
-struct Sorting {
-    cells: Vec<IVec3>,
-    folded: Vec<DVec3>,
-    starts: Vec<u32>,
-    order: Vec<u32>,
-    sorted: Vec<DVec3>,
-    sorted_cells: Vec<IVec3>,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    z: Vec<f64>,
-}
-
-impl Sorting {
-    fn sort(&mut self, grid: &Grid, positions: &[DVec3]) {
-        let n = positions.len();
-        self.cells.clear();
-        self.folded.clear();
-        self.starts.clear();
-        self.starts.resize(grid.number_of_cells() + 1, 0);
-        for &r in positions {
-            let (cell, folded) = grid.locate(r);
-            self.cells.push(cell);
-            self.folded.push(folded);
-            self.starts[grid.index(cell) + 1] += 1;
-        }
-        for c in 1..self.starts.len() {
-            self.starts[c] += self.starts[c - 1];
-        }
-        self.order.resize(n, 0);
-        self.sorted.resize(n, DVec3::ZERO);
-        self.sorted_cells.resize(n, IVec3::ZERO);
-        for column in [&mut self.x, &mut self.y, &mut self.z] {
-            column.resize(n, 0.0);
-        }
-        for (place, (&cell, &r)) in self.cells.iter().zip(&self.folded).enumerate() {
-            let start = &mut self.starts[grid.index(cell)];
-            let k = *start as usize;
-            *start += 1;
-            self.order[k] = place as u32;
-            self.sorted[k] = r;
-            self.sorted_cells[k] = cell;
-            (self.x[k], self.y[k], self.z[k]) = (r.x, r.y, r.z);
-        }
-        self.starts.rotate_right(1);
-        self.starts[0] = 0;
-    }
-}
-
-/// The search of one block of particles for their candidates; compiled once for every instruction set.
-struct Search<'a> {
-    grid: &'a Grid,
-    sorting: &'a Sorting,
-    range: Range<usize>,
-    block: &'a mut Block,
-}
-
-impl pulp::NullaryFnOnce for Search<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        self.block.fill(self.grid, self.sorting, self.range);
-    }
-}
-
-/// A column of cells along the last axis, as seen from a particle's own.
-#[derive(Clone, Copy, Debug)]
-struct Column {
-    first_cell: usize,
-    image: IVec3,
-    own: bool,
-}
-
-impl Block {
-    /// Finds the candidates of the particles in `range`: those of later cells in a half space of cells, so that each
-    /// pair is found once.
-    #[inline(always)]
-    fn fill(&mut self, grid: &Grid, sorting: &Sorting, range: Range<usize>) {
-        self.rows.clear();
-        self.used = 0;
-        let within = grid.shift_index(IVec3::ZERO);
-        let mut columns = Vec::new();
-        let mut across = Vec::new();
-        let mut columns_of = IVec2::splat(-1);
-        for i in range {
-            let cell = sorting.sorted_cells[i];
-            if cell.xy() != columns_of {
-                columns_of = cell.xy();
-                grid.half_space_of_columns(columns_of, &mut columns);
-            }
-            let start = self.used;
-            across.clear();
-            let highest = cell.z + grid.reach.z;
-            for column in &columns {
-                let lowest = if column.own {
-                    cell.z
-                } else {
-                    cell.z - grid.reach.z
-                };
-                let mut c = lowest;
-                while c <= highest {
-                    let (wrapped, image_c) = wrap_cell(c, grid.cells.z);
-                    let last = highest.min(c - wrapped + grid.cells.z - 1);
-                    let from = sorting.starts[column.first_cell + wrapped as usize] as usize;
-                    let to = sorting.starts[column.first_cell + (last - c + wrapped) as usize + 1]
-                        as usize;
-                    let from = if column.own && c == cell.z {
-                        i + 1
-                    } else {
-                        from
-                    };
-                    let image = column.image.with_z(image_c);
-                    if image == IVec3::ZERO {
-                        self.gather(grid, sorting, i, DVec3::ZERO, from..to);
-                    } else if from < to {
-                        across.push((image, from..to));
-                    }
-                    c = last + 1;
-                }
-            }
-            self.close_row(i, within, start);
-            for (image, candidates) in across.drain(..) {
-                let start = self.used;
-                let shift = grid.basis * -image.as_dvec3();
-                self.gather(grid, sorting, i, shift, candidates);
-                self.close_row(i, grid.shift_index(image), start);
-            }
-        }
-        self.js.truncate(self.used);
-    }
-
-    /// Appends the candidates in range. Every one is written; only those in range are kept.
-    #[inline(always)]
-    fn gather(
-        &mut self,
-        grid: &Grid,
-        sorting: &Sorting,
-        i: usize,
-        shift: DVec3,
-        candidates: Range<usize>,
-    ) {
-        const RUN: usize = 32;
-        let here = sorting.sorted[i] + shift;
-        let limit = grid.range * grid.range;
-        let mut squares = [0.0; RUN];
-        let mut from = candidates.start;
-        while from < candidates.end {
-            let to = candidates.end.min(from + RUN);
-            let (x, y, z) = (
-                &sorting.x[from..to],
-                &sorting.y[from..to],
-                &sorting.z[from..to],
-            );
-            for (((square, x), y), z) in squares.iter_mut().zip(x).zip(y).zip(z) {
-                let (dx, dy, dz) = (here.x - x, here.y - y, here.z - z);
-                *square = dx * dx + dy * dy + dz * dz;
-            }
-            if self.js.len() < self.used + RUN {
-                self.js.resize(2 * self.js.len() + RUN, 0);
-            }
-            let room = &mut self.js[self.used..self.used + RUN];
-            let mut found = 0;
-            for (k, &square) in squares[..to - from].iter().enumerate() {
-                room[found] = (from + k) as u32;
-                found += (square < limit) as usize;
-            }
-            self.used += found;
-            from = to;
-        }
-    }
-
-    #[inline(always)]
-    fn close_row(&mut self, i: usize, shift: u32, start: usize) {
-        if self.used > start {
-            self.rows.push(Entry {
-                i: i as u32,
-                shift,
-                start: start as u32,
-                end: self.used as u32,
-            });
-        }
-    }
-}
-
-/// A cell index in 0..cells and the image it was in.
-#[inline(always)]
-fn wrap_cell(index: i32, cells: i32) -> (i32, i32) {
-    if (0..cells).contains(&index) {
-        (index, 0)
-    } else {
-        (index.rem_euclid(cells), index.div_euclid(cells))
-    }
 }
