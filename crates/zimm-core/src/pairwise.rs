@@ -5,7 +5,7 @@ use crate::{
     Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row,
     Tally,
     noise::Site,
-    parallel::{each_block, for_each_chunk},
+    parallel::{each_block, each_block_of_two, fill_with, for_each_chunk},
 };
 use glam::{DMat3, DVec3};
 
@@ -89,34 +89,26 @@ impl<L: PairForce, N> Pairwise<L, N> {
         let (order, positions) = (self.neighbours.order(), self.neighbours.positions());
         if L::READS.velocity {
             let gradient = frame.boundary.gradient();
-            self.velocities.clear();
-            self.velocities
-                .extend(order.iter().zip(positions).map(|(&place, &r)| {
-                    let peculiar = frame
-                        .velocities
-                        .get(place as usize)
-                        .copied()
-                        .unwrap_or_default();
-                    if B::FLOWS {
-                        peculiar + gradient * r
-                    } else {
-                        peculiar
-                    }
-                }));
+            fill_with(&mut self.velocities, order.len(), |k| {
+                let place = order[k] as usize;
+                let peculiar = frame.velocities.get(place).copied().unwrap_or_default();
+                if B::FLOWS {
+                    peculiar + gradient * positions[k]
+                } else {
+                    peculiar
+                }
+            });
         }
         if L::READS.noise {
             let noise = frame.now.noise();
-            self.sites.clear();
-            self.sites.extend(
-                order
-                    .iter()
-                    .map(|&place| noise.site(frame.id(place as usize))),
-            );
+            fill_with(&mut self.sites, order.len(), |k| {
+                noise.site(frame.id(order[k] as usize))
+            });
         }
         if L::READS.species {
-            self.species.clear();
-            self.species
-                .extend(order.iter().map(|&place| frame.species(place as usize)));
+            fill_with(&mut self.species, order.len(), |k| {
+                frame.species(order[k] as usize)
+            });
         }
     }
 
@@ -183,9 +175,9 @@ where
             species: &self.species,
         };
         let (neighbours, arch) = (&self.neighbours, self.arch);
-        let mut work: Vec<(&mut Scratch, T)> =
-            self.blocks.iter_mut().map(|s| (s, tally.fresh())).collect();
-        each_block(&mut work, |block, (scratch, heard)| {
+        // A listener to nothing takes no room.
+        let mut listeners: Vec<T> = self.blocks.iter().map(|_| tally.fresh()).collect();
+        each_block_of_two(&mut self.blocks, &mut listeners, |block, scratch, heard| {
             scratch.clear();
             arch.dispatch(BlockOfWork::<B, L, N, T> {
                 view: &view,
@@ -197,7 +189,7 @@ where
                 boundary: std::marker::PhantomData,
             });
         });
-        for (_, heard) in work {
+        for heard in listeners {
             tally.absorb(heard);
         }
         let (blocks, places) = (&self.blocks, &self.places);

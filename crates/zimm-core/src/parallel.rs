@@ -17,6 +17,27 @@ pub fn each_block<S: Send>(states: &mut [S], work: impl Fn(usize, &mut S) + Sync
     }
 }
 
+/// The same with two states a block.
+pub(crate) fn each_block_of_two<S: Send, T: Send>(
+    first: &mut [S],
+    second: &mut [T],
+    work: impl Fn(usize, &mut S, &mut T) + Sync + Send,
+) {
+    #[cfg(feature = "rayon")]
+    if first.len() > 1 {
+        use rayon::prelude::*;
+        first
+            .par_iter_mut()
+            .zip(second)
+            .enumerate()
+            .for_each(|(block, (one, two))| work(block, one, two));
+        return;
+    }
+    for (block, (one, two)) in first.iter_mut().zip(second).enumerate() {
+        work(block, one, two);
+    }
+}
+
 /// Calls `work(start, chunk)` for chunks of a column, on whatever threads there are. For work on each particle alone.
 pub fn for_each_chunk<A: Send>(column: &mut [A], work: impl Fn(usize, &mut [A]) + Sync + Send) {
     const CHUNK: usize = 4096;
@@ -32,6 +53,20 @@ pub fn for_each_chunk<A: Send>(column: &mut [A], work: impl Fn(usize, &mut [A]) 
     for (k, chunk) in column.chunks_mut(CHUNK).enumerate() {
         work(k * CHUNK, chunk);
     }
+}
+
+/// Gives a column a length and each of its entries a value, on whatever threads there are.
+pub(crate) fn fill_with<A: Copy + Default + Send>(
+    column: &mut Vec<A>,
+    len: usize,
+    value: impl Fn(usize) -> A + Sync + Send,
+) {
+    column.resize(len, A::default());
+    for_each_chunk(column, |start, chunk| {
+        for (k, entry) in (start..).zip(chunk) {
+            *entry = value(k);
+        }
+    });
 }
 
 /// An ensemble: runs `work` for the replicas 0, 1, .. on whatever threads there are, and gives what it answers in order.

@@ -122,6 +122,12 @@ impl Particles {
     pub fn permute(&mut self, order: &[u32]) -> Result<(), ParticleError> {
         self.fits("order", order.len())?;
         invert(order)?;
+        self.reorder(order);
+        Ok(())
+    }
+
+    /// The same for what is known to be a permutation.
+    pub(crate) fn reorder(&mut self, order: &[u32]) {
         if self.ids.is_empty() {
             self.ids = (0..self.len() as u32).collect();
         }
@@ -132,8 +138,10 @@ impl Particles {
         permute_column(&mut self.species, order);
         permute_column(&mut self.images, order);
         permute_column(&mut self.ids, order);
-        self.slots = invert(&self.ids)?;
-        Ok(())
+        self.slots.resize(self.ids.len(), 0);
+        for (place, &id) in (0..).zip(&self.ids) {
+            self.slots[id as usize] = place;
+        }
     }
 
     /// Number of particles.

@@ -6,20 +6,26 @@
 //! ```
 //! use zimm_core::{DVec3, Lattice, Molecules, Particles, start};
 //!
-//! // 100 dumbbells of length 0.8 in 800 particles of solvent, at thermal velocities.
+//! // 100 dumbbells of length 0.8 in solvent, three particles per volume in all, at thermal velocities.
 //! let mut rng = start::stream(42);
 //! let lattice = Lattice::brick(DVec3::splat(7.0))?;
 //! let dumbbells = Molecules::linear(0, 100, 2)?;
-//! let mut positions = start::chains(&lattice, &dumbbells, |_| 0.8, &mut rng);
-//! positions.extend(start::uniform(&lattice, 800, &mut rng));
+//! let positions = start::chains(&lattice, &dumbbells, |_| 0.8, &mut rng);
+//! let positions = start::fill(&lattice, positions, 3.0, &mut rng)?;
 //! let particles = Particles::new(positions)?;
 //! let velocities = start::velocities(&particles, 1.0, &mut rng)?;
 //! let particles = particles.with_velocities(velocities)?;
-//! assert_eq!(particles.len(), 1000);
+//! assert_eq!(particles.len(), 1029);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! Particles at random overlap. Those that are soft sort themselves out within a few units of time; where forces are
+//! steep, between springs that lie across each other for example, [`relax`] before the first step.
 
-use crate::{BondForce, Lattice, Molecules, ParameterError, Particles, Topology};
+use crate::{
+    BondForce, Boundary, ForceField, Lattice, Molecules, ParameterError, Particles, StepError,
+    System, Topology,
+};
 use glam::DVec3;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal, StandardUniform, UnitSphere};
@@ -86,6 +92,150 @@ pub fn chains<R: Rng>(
         grow(first, molecules, &mut bond, rng, &mut positions);
     }
     positions
+}
+
+/// Molecules in a cell, each pulled out straight: from a first bead anywhere, every bead is one `bond` further along than
+/// the bead that it is joined to. The arms of a star, the teeth of a comb and the two halves of a ring lie upon each
+/// other. The beads are not folded into the cell, which may be much smaller than the molecules.
+///
+/// ```
+/// # use zimm_core::{DVec3, Lattice, Molecules, start};
+/// let lattice = Lattice::brick(DVec3::splat(2.0))?;
+/// let chain = Molecules::linear(0, 1, 20)?;
+/// let beads = start::stretched(&lattice, &chain, 0.9 * DVec3::X, &mut start::stream(1));
+/// assert!((beads[19] - beads[0]).abs_diff_eq(17.1 * DVec3::X, 1e-12));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn stretched(
+    lattice: &Lattice,
+    molecules: &Molecules,
+    bond: DVec3,
+    rng: &mut impl Rng,
+) -> Vec<DVec3> {
+    let mut bonds_away: Vec<u32> = Vec::new();
+    for bead in 0..molecules.beads() {
+        let along = molecules
+            .parent(bead)
+            .map_or(0, |parent| bonds_away[parent as usize] + 1);
+        let back = match molecules.topology() {
+            Topology::Ring => molecules.beads() - bead,
+            _ => along,
+        };
+        bonds_away.push(along.min(back));
+    }
+    let mut positions = Vec::new();
+    for _ in 0..molecules.count() {
+        let first = anywhere(lattice, rng);
+        positions.extend(bonds_away.iter().map(|&n| first + f64::from(n) * bond));
+    }
+    positions
+}
+
+/// These positions, and behind them others drawn independently, anywhere in the cell, until there are `density` in all
+/// per volume: molecules get their solvent.
+///
+/// # Errors
+/// If `density` is not above zero, below that of the positions given, or makes more than 2^31 particles.
+pub fn fill(
+    lattice: &Lattice,
+    mut positions: Vec<DVec3>,
+    density: f64,
+    rng: &mut impl Rng,
+) -> Result<Vec<DVec3>, ParameterError> {
+    const MOST: f64 = (1_u64 << 31) as f64;
+    let density = ParameterError::positive("density", density)?;
+    let (given, all) = (positions.len(), (density * lattice.volume()).round());
+    if all < given as f64 {
+        let (name, found) = ("density of the molecules", given as f64 / lattice.volume());
+        return Err(ParameterError::new(name, found, "at most that of all"));
+    }
+    if all > MOST {
+        return Err(ParameterError::new("particles", all, "at most 2^31"));
+    }
+    positions.extend(uniform(lattice, all as usize - given, rng));
+    Ok(positions)
+}
+
+/// Parts what overlaps, so that a run can begin: `iterations` times every particle goes the way F dt^2 / 2m of a step
+/// from rest, but no farther than `farthest`. Time stands still; velocities stay as they are.
+///
+/// No bond gets to its limit: a move that the field refuses is taken back, and particles go half as far at most for a
+/// while. A `farthest` of some per cent of the range of the forces and a hundred iterations serve. It is no equilibrium
+/// that they lead to, only a state that a time step dt can start from.
+///
+/// ```
+/// # use zimm_core::{AllPairs, Central, Clock, DVec3, Now, Open, Pair, PairForce, Pairwise, Particles, System, start};
+/// /// F = r^-13 below a distance of 1.
+/// struct Hard;
+///
+/// impl PairForce for Hard {
+///     fn cutoff(&self) -> f64 {
+///         1.0
+///     }
+///
+///     fn force(&self, pair: &Pair, _: &Now) -> Central {
+///         Central::conservative(pair.r2.powi(-7))
+///     }
+/// }
+///
+/// // A force of 1e13, after which a step would have ended 1e8 away.
+/// let particles = Particles::new(vec![DVec3::ZERO, 0.1 * DVec3::X])?;
+/// let mut system = System::new(Open, particles, Clock::new(0.005, 1.0, 1)?);
+/// start::relax(&mut system, &mut Pairwise::new(Hard, AllPairs::default()), 0.02, 50)?;
+/// let apart = system.particles.positions()[1] - system.particles.positions()[0];
+/// assert!((0.7..0.8).contains(&apart.x));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the field refuses the first state, or a force is not finite. The particles are then where they were last accepted.
+pub fn relax<B: Boundary, F: ForceField<B>>(
+    system: &mut System<B>,
+    field: &mut F,
+    farthest: f64,
+    iterations: u32,
+) -> Result<(), StepError> {
+    let now = system.clock.now();
+    let step = now.step;
+    let parameter = |source| StepError::Parameter { step, source };
+    let mut most = ParameterError::positive("farthest", farthest).map_err(parameter)?;
+    let mut forces = vec![DVec3::ZERO; system.particles.len()];
+    let first = field.accumulate(&system.frame(), &mut forces, &mut ());
+    first.map_err(|source| StepError::Force { step, source })?;
+    for _ in 0..iterations {
+        if let Some(particle) = forces.iter().position(|force| !force.is_finite()) {
+            let force = forces[particle].to_array();
+            return Err(StepError::NotFinite {
+                step,
+                particle,
+                force,
+            });
+        }
+        let accepted = system.particles.clone();
+        system.particles.forces.clear();
+        for (k, &force) in forces.iter().enumerate() {
+            let way = force * (0.5 * now.dt * now.dt / accepted.mass(k));
+            let moved = accepted.positions[k] + way.clamp_length_max(most);
+            let (folded, count) = system.boundary.wrap(moved);
+            system.particles.positions[k] = folded;
+            if let Some(image) = system.particles.images.get_mut(k) {
+                *image = image.wrapping_add(count);
+            }
+        }
+        let mut next = vec![DVec3::ZERO; forces.len()];
+        match field.accumulate(&system.frame(), &mut next, &mut ()) {
+            Ok(()) => {
+                forces = next;
+                most = farthest.min(1.2 * most);
+            }
+            Err(_) => {
+                system.particles = accepted;
+                most *= 0.5;
+            }
+        }
+    }
+    field.forget();
+    Ok(())
 }
 
 /// Molecules in open space, as [`chains`] but each with the mean position of its beads at the origin, where a flow is

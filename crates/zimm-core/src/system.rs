@@ -26,6 +26,24 @@ impl Clock {
         Self::restored(dt, kt, seed, 0, 0, 0.0)
     }
 
+    /// A clock that shows a moment and goes on from there.
+    ///
+    /// ```
+    /// use zimm_core::{Clock, Now};
+    ///
+    /// let mut clock = Clock::showing(Now { time: 2.5, dt: 0.1, step: 7, ..Now::default() })?;
+    /// clock.tick();
+    /// assert_eq!((clock.now().step, clock.now().time), (8, 2.6));
+    /// # Ok::<(), zimm_core::ParameterError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the moment has a `dt` that is not above zero, a `kt` below it, a time that is not finite, or a step above
+    /// 2^53.
+    pub fn showing(now: Now) -> Result<Self, ParameterError> {
+        Self::restored(now.dt, now.kt, now.seed, now.step, now.step, now.time)
+    }
+
     /// A clock in any state.
     pub(crate) fn restored(
         dt: f64,

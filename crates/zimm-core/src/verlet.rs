@@ -5,12 +5,15 @@ mod lanes;
 mod search;
 
 use crate::neighbours::{cutoff_fits, not_finite};
-use crate::{Frame, ListError, Neighbours, ParameterError, Periodic, Row, parallel::each_block};
+use crate::{
+    Frame, ListError, Neighbours, ParameterError, Periodic, Row, System,
+    parallel::{each_block, fill_with, for_each_chunk},
+};
 use cells::{Grid, Run, Sorting};
 use glam::{DMat3, DVec3};
 use lanes::Packing;
 use search::{Around, Search};
-use std::ops::Range;
+use std::{ops::Range, sync::Mutex};
 
 /// A half list of all pairs closer than cutoff + skin, made from cells and kept while it is sure to hold every pair
 /// within the cutoff.
@@ -77,6 +80,45 @@ struct Entry {
     end: u32,
 }
 
+/// The two largest squared displacements.
+#[derive(Clone, Copy, Debug, Default)]
+struct Furthest {
+    squares: [f64; 2],
+    is_nan: bool,
+}
+
+impl Furthest {
+    /// What is not known: no list is good then.
+    const NOWHERE: Self = Self {
+        squares: [f64::INFINITY; 2],
+        is_nan: true,
+    };
+
+    #[inline(always)]
+    fn hear(&mut self, square: f64) {
+        self.is_nan |= square.is_nan();
+        if square > self.squares[1] {
+            let [first, _] = self.squares;
+            self.squares = [first.max(square), first.min(square)];
+        }
+    }
+
+    fn join(&mut self, other: Self) {
+        self.is_nan |= other.is_nan;
+        for square in other.squares {
+            self.hear(square);
+        }
+    }
+
+    /// By how much two particles can at most have come nearer to each other.
+    fn of_two(self) -> f64 {
+        if self.is_nan {
+            return f64::INFINITY;
+        }
+        self.squares[0].sqrt() + self.squares[1].sqrt()
+    }
+}
+
 impl VerletList {
     /// A list that looks `skin` further than the cutoff, at most three times as far. A thin skin is made anew often, a
     /// thick one holds many pairs that do not interact; the result is the same for all.
@@ -120,31 +162,26 @@ impl VerletList {
         }
         let carry = frame.boundary.carry(made.time, frame.now.time);
         let lattice = frame.boundary.lattice();
-        let mut largest = [0.0_f64; 2];
-        let mut sum = 0.0;
-        for ((here, &reference), &place) in self
-            .positions
-            .iter_mut()
-            .zip(&self.reference)
-            .zip(&self.order)
-        {
-            let carried = if B::FLOWS {
-                carry * reference
-            } else {
-                reference
-            };
-            let moved = lattice.rounded(frame.positions[place as usize] - carried);
-            *here = carried + moved;
-            let d2 = moved.length_squared();
-            sum += d2;
-            if d2 > largest[1] {
-                largest = if d2 > largest[0] {
-                    [d2, largest[0]]
+        let furthest = Mutex::new(Furthest::default());
+        let (reference, order) = (&self.reference, &self.order);
+        for_each_chunk(&mut self.positions, |start, chunk| {
+            let mut here = Furthest::default();
+            let known = reference[start..].iter().zip(&order[start..]);
+            for (position, (&reference, &place)) in chunk.iter_mut().zip(known) {
+                let carried = if B::FLOWS {
+                    carry * reference
                 } else {
-                    [largest[0], d2]
+                    reference
                 };
+                let moved = lattice.rounded(frame.positions[place as usize] - carried);
+                *position = carried + moved;
+                here.hear(moved.length_squared());
             }
-        }
+            if let Ok(mut furthest) = furthest.lock() {
+                furthest.join(here);
+            }
+        });
+        let furthest = furthest.into_inner().unwrap_or(Furthest::NOWHERE);
         if B::FLOWS {
             for (now, &then) in self.shifts.iter_mut().zip(&made.shifts) {
                 *now = carry * then;
@@ -155,21 +192,22 @@ impl VerletList {
         } else {
             1.0
         };
-        let clear = stretch * self.range(cutoff) - largest[0].sqrt() - largest[1].sqrt();
-        sum.is_finite() && clear >= cutoff
+        stretch * self.range(cutoff) - furthest.of_two() >= cutoff
     }
 
     fn make<B: Periodic>(&mut self, frame: &Frame<'_, B>, cutoff: f64) -> Result<(), ListError> {
-        self.made = None;
+        let mut shifts = self.made.take().map_or_else(Vec::new, |made| made.shifts);
         if let Some(particle) = frame.positions.iter().position(|r| !r.is_finite()) {
             return Err(not_finite(particle, frame.positions[particle]));
         }
         let grid = Grid::new(frame.boundary.lattice(), self.range(cutoff), frame.len());
         self.sorting.sort(&grid, frame.positions);
         self.order.clone_from(&self.sorting.order);
-        self.reference.clone_from(&self.sorting.positions);
-        self.positions.clone_from(&self.sorting.positions);
-        let shifts = grid.shifts();
+        let sorted = &self.sorting.sorted;
+        for column in [&mut self.reference, &mut self.positions] {
+            fill_with(column, sorted.len(), |k| sorted[k].position);
+        }
+        grid.shifts(&mut shifts);
         self.shifts.clone_from(&shifts);
         self.blocks
             .resize_with(number_of_blocks(frame.len()), Block::default);
@@ -191,6 +229,45 @@ impl VerletList {
             shifts,
         });
         Ok(())
+    }
+}
+
+impl<B: Periodic> System<B> {
+    /// Puts particles that are close in space close in memory: in the order of small cells. Identities stay with their
+    /// particles, places change.
+    ///
+    /// Worth a call every hundred steps or so in a large system, whose forces and lists then find what they read in the
+    /// processor's caches. Sums over particles change their order, so call it at the same steps of runs that are
+    /// to agree bit for bit.
+    ///
+    /// ```
+    /// # use zimm_core::{Boundary, Clock, DVec3, IVec3, Lattice, Particles, Periodic, System};
+    /// # #[derive(Clone)]
+    /// # struct Brick(Lattice);
+    /// # impl Boundary for Brick {
+    /// #     fn min_image(&self, dr: DVec3) -> DVec3 { self.0.nearest(dr) }
+    /// #     fn wrap(&self, r: DVec3) -> (DVec3, IVec3) { self.0.fold(r) }
+    /// # }
+    /// # impl Periodic for Brick {
+    /// #     fn lattice(&self) -> &Lattice { &self.0 }
+    /// # }
+    /// let space = Brick(Lattice::brick(DVec3::splat(10.0))?);
+    /// let particles = Particles::new(vec![4.0 * DVec3::Z, -4.0 * DVec3::Z])?;
+    /// let mut system = System::new(space, particles, Clock::new(0.01, 1.0, 1)?);
+    /// system.sort();
+    /// assert_eq!(system.particles.positions(), [-4.0 * DVec3::Z, 4.0 * DVec3::Z]);
+    /// assert_eq!(system.particles.ids(), [1, 0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn sort(&mut self) {
+        const IN_A_CELL: f64 = 4.0;
+        let lattice = self.boundary.lattice();
+        let number = self.particles.len().max(1) as f64;
+        let width = libm::cbrt(IN_A_CELL * lattice.volume() / number);
+        let mut sorting = Sorting::default();
+        let grid = Grid::new(lattice, width, self.particles.len());
+        sorting.sort(&grid, self.particles.positions());
+        self.particles.reorder(&sorting.order);
     }
 }
 

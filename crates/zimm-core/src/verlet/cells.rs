@@ -1,7 +1,7 @@
 //! Particles sorted along cells.
 
 use super::lanes::LANES;
-use crate::Lattice;
+use crate::{Lattice, parallel::fill_with};
 use glam::{DMat3, DVec3, IVec3};
 
 /// Cells in fractional coordinates. The last axis is cut finely: cells along it lie next to each other in memory, so
@@ -46,13 +46,15 @@ impl Grid {
         self.cells.as_i64vec3().element_product() as usize
     }
 
-    /// The cell of a position, and the position in the primary cell.
     #[inline(always)]
-    fn locate(&self, r: DVec3) -> (IVec3, DVec3) {
+    fn locate(&self, r: DVec3) -> Located {
         let s = self.inverse * r;
         let n = crate::lattice::round(s);
         let cell = ((s - n + 0.5) * self.cells.as_dvec3()).as_ivec3();
-        (cell.clamp(IVec3::ZERO, self.cells - 1), r - self.basis * n)
+        Located {
+            cell: cell.clamp(IVec3::ZERO, self.cells - 1),
+            position: r - self.basis * n,
+        }
     }
 
     #[inline(always)]
@@ -122,8 +124,8 @@ impl Grid {
     }
 
     /// What to add to the first particle when the second is seen in each image.
-    pub(super) fn shifts(&self) -> Vec<DVec3> {
-        let mut table = Vec::new();
+    pub(super) fn shifts(&self, table: &mut Vec<DVec3>) {
+        table.clear();
         for a in -self.images.x..=self.images.x {
             for b in -self.images.y..=self.images.y {
                 for c in -self.images.z..=self.images.z {
@@ -131,23 +133,27 @@ impl Grid {
                 }
             }
         }
-        table
     }
+}
+
+/// A position in the primary cell, and in which of the cells that it is cut into.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Located {
+    pub(super) cell: IVec3,
+    pub(super) position: DVec3,
 }
 
 /// Particles sorted along cells.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sorting {
-    cells: Vec<IVec3>,
-    folded: Vec<DVec3>,
+    /// In the order of places.
+    located: Vec<Located>,
     /// Where each cell starts, and the end of the last.
     pub(super) starts: Vec<u32>,
     /// The place of each particle in the system.
     pub(super) order: Vec<u32>,
-    /// Positions in the primary cell.
-    pub(super) positions: Vec<DVec3>,
-    /// The cell of each.
-    pub(super) cell_of: Vec<IVec3>,
+    /// In the order of cells.
+    pub(super) sorted: Vec<Located>,
     /// The positions again, by axis and rounded, with a margin.
     pub(super) rounded: [Vec<f32>; 3],
 }
@@ -155,37 +161,33 @@ pub(super) struct Sorting {
 impl Sorting {
     pub(super) fn sort(&mut self, grid: &Grid, positions: &[DVec3]) {
         let n = positions.len();
-        self.cells.clear();
-        self.folded.clear();
+        fill_with(&mut self.located, n, |place| grid.locate(positions[place]));
         self.starts.clear();
         self.starts.resize(grid.number_of_cells() + 1, 0);
-        for &r in positions {
-            let (cell, folded) = grid.locate(r);
-            self.cells.push(cell);
-            self.folded.push(folded);
-            self.starts[grid.index(cell) + 1] += 1;
+        for located in &self.located {
+            self.starts[grid.index(located.cell) + 1] += 1;
         }
         for c in 1..self.starts.len() {
             self.starts[c] += self.starts[c - 1];
         }
         self.order.resize(n, 0);
-        self.positions.resize(n, DVec3::ZERO);
-        self.cell_of.resize(n, IVec3::ZERO);
-        for column in &mut self.rounded {
-            column.resize(n + LANES, 0.0);
-        }
-        let [x, y, z] = &mut self.rounded;
-        for (place, (&cell, &r)) in self.cells.iter().zip(&self.folded).enumerate() {
-            let start = &mut self.starts[grid.index(cell)];
-            let k = *start as usize;
+        for (place, located) in (0..).zip(&self.located) {
+            let start = &mut self.starts[grid.index(located.cell)];
+            self.order[*start as usize] = place;
             *start += 1;
-            self.order[k] = place as u32;
-            self.positions[k] = r;
-            self.cell_of[k] = cell;
-            [x[k], y[k], z[k]] = grid.rounded(r);
         }
         self.starts.rotate_right(1);
         self.starts[0] = 0;
+        let (located, order) = (&self.located, &self.order);
+        fill_with(&mut self.sorted, n, |k| located[order[k] as usize]);
+        let sorted = &self.sorted;
+        for (axis, column) in self.rounded.iter_mut().enumerate() {
+            fill_with(column, n + LANES, |k| {
+                sorted
+                    .get(k)
+                    .map_or(0.0, |s| grid.rounded(s.position)[axis])
+            });
+        }
     }
 }
 

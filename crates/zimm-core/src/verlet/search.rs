@@ -2,7 +2,7 @@
 
 use super::{
     Block, Entry,
-    cells::{Grid, Run, Sorting},
+    cells::{Grid, Located, Run, Sorting},
     lanes::{LANES, Pack, Work},
 };
 use glam::{DVec3, IVec3};
@@ -32,19 +32,18 @@ impl Work for Search<'_> {
         block.used = 0;
         let mut seen_from = IVec3::splat(-1);
         for i in places {
-            let cell = sorting.cell_of[i];
+            let Located { cell, position } = sorting.sorted[i];
             if cell != seen_from {
                 seen_from = cell;
                 block.look_around(grid, sorting, cell);
             }
-            let here = sorting.positions[i];
             for (k, group) in block.around[..block.groups].iter().enumerate() {
                 // The cell's own particles come first; those up to i have found i, or are i.
                 let skip = if k == 0 { i + 1 - group.first() } else { 0 };
                 let start = block.used;
                 group.gather(
                     pack,
-                    grid.rounded(here + group.shift),
+                    grid.rounded(position + group.shift),
                     limit,
                     skip,
                     &mut block.js,

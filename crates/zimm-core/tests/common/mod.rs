@@ -18,6 +18,7 @@ impl Cell<false> {
 }
 
 impl Cell<true> {
+    #[allow(dead_code)]
     pub(crate) fn flowing(start: DMat3, gradient: DMat3) -> Self {
         Self::new(start, gradient)
     }
