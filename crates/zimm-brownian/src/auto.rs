@@ -66,6 +66,14 @@ impl<B: Periodic> Mobility<B> for Auto {
         }
     }
 
+    fn accuracy(&self) -> f64 {
+        if self.is_on_mesh {
+            Mobility::<B>::accuracy(&self.mesh)
+        } else {
+            Mobility::<B>::accuracy(&self.direct)
+        }
+    }
+
     fn alone(&self, place: usize) -> f64 {
         if self.is_on_mesh {
             Mobility::<B>::alone(&self.mesh, place)

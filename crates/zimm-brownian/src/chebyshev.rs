@@ -67,7 +67,8 @@ impl Chebyshev {
         let high = ABOVE * (ritz.most() + ritz.beyond());
         // What is smaller does not show at the error asked for.
         let least = high * (0.25 * self.lanczos.tolerance()).powi(2);
-        let low = (BELOW * ritz.least()).max(least);
+        // The series ends at zero; what is taken for zero is to be no farther below than that allows.
+        let low = (BELOW * ritz.least()).max(-4.0 * ritz.least()).max(least);
         let longest = 4 * self.lanczos.iterations();
         self.series = Series::new([low, high], longest, displacements.len());
         Ok(())

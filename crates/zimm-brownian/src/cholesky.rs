@@ -19,8 +19,9 @@ use zimm_core::{Boundary, DMat3, DVec3, MobilityError, ParameterError, each_bloc
 /// Coincident beads move alike: their mobility is exactly singular, which is legal. A pivot below the square of
 /// `tolerance`, in units of the greatest entry of the diagonal, is taken for it. It follows that L L^T is M but for
 /// twice as much on the diagonal, at those pivots only: the displacement of such a bead is wrong by some `tolerance` of
-/// that of a bead alone. A pivot as far below zero as that is an error
-/// ([`MobilityError::NotPositive`]).
+/// that of a bead alone. Where a pivot is as far below zero as that, M is factorised again with its
+/// [`accuracy`](crate::Mobility::accuracy) on the diagonal, which makes up for eigenvalues below zero that are not
+/// known from zero; if a pivot is below zero still, that is an error ([`MobilityError::NotPositive`]).
 ///
 /// ```
 /// # #[cfg(feature = "hydrodynamics")] {
@@ -83,7 +84,7 @@ impl<B: Boundary, M: Entries<B> + Sync> Root<B, M> for Cholesky {
         scale: f64,
         displacements: &mut [DVec3],
     ) -> Result<(), MobilityError> {
-        let guard = self.tolerance * self.tolerance;
+        let (guard, accuracy) = (self.tolerance * self.tolerance, mobility.accuracy());
         let runs = mobility.runs();
         white.fill(&mut self.noise, displacements.len());
         self.blocks.resize_with(runs.len(), Block::default);
@@ -93,7 +94,14 @@ impl<B: Boundary, M: Entries<B> + Sync> Root<B, M> for Cholesky {
         let (mobility, noise) = (&*mobility, &self.noise);
         each_block(&mut self.blocks, |_, block| {
             block.read(|i, j| mobility.entry(i, j));
-            block.factorise(guard);
+            let least = block.least(guard);
+            block.factorise(least);
+            if matches!(block.outcome, Outcome::Negative(_)) && accuracy > 0.0 {
+                let raised = |i, j| if i == j { accuracy } else { 0.0 };
+                let raised = |i, j| DMat3::from_diagonal(DVec3::splat(raised(i, j)));
+                block.read(|i, j| mobility.entry(i, j) + raised(i, j));
+                block.factorise(least);
+            }
             block.multiply(noise);
         });
         for block in &self.blocks {
@@ -139,8 +147,8 @@ impl Block {
         (guard * greatest).max(f64::MIN_POSITIVE)
     }
 
-    fn factorise(&mut self, guard: f64) {
-        let least = self.least(guard);
+    /// Factorises, pivots below `least` raised to it.
+    fn factorise(&mut self, least: f64) {
         let order = self.order();
         let raise = LltRegularization {
             dynamic_regularization_delta: least,

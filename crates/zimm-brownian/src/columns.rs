@@ -11,9 +11,14 @@ pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
         let pairs = a[range.clone()].iter().zip(&b[range]);
         pairs.map(|(a, b)| a.dot(*b)).sum()
     };
-    let mut sums = vec![0.0; a.len().div_ceil(BLOCK)];
-    each_block(&mut sums, |k, sum| *sum = block(k));
-    sums.iter().sum()
+    let blocks = a.len().div_ceil(BLOCK);
+    let (mut total, mut sums) = (0.0, [0.0; 64]);
+    for first in (0..blocks).step_by(sums.len()) {
+        let sums = &mut sums[..(blocks - first).min(64)];
+        each_block(sums, |k, sum| *sum = block(first + k));
+        total = sums.iter().fold(total, |total, sum| total + sum);
+    }
+    total
 }
 
 /// The length of a column.

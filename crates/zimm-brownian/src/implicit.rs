@@ -56,7 +56,7 @@ struct Work {
     start: Vec<DVec3>,
     /// Forces of springs, all of them.
     springs: Vec<DVec3>,
-    /// Forces of springs that are too strong to be taken at the beginning of the step.
+    /// Forces of springs that are too strong to be taken at the beginning of the step; nothing, if none is.
     dropped: Vec<DVec3>,
     /// Positions at the end of the step but for the springs there.
     free: Vec<DVec3>,
@@ -126,12 +126,20 @@ impl Implicit {
     /// Takes springs that are too strong off the forces on all beads; what is left may act at the beginning of the
     /// step.
     pub(crate) fn drop_from(&self, forces: &mut [DVec3]) {
-        self.each_bead(|work, k, place| forces[place] -= work.dropped[k]);
+        for work in &self.works {
+            for (&place, dropped) in work.places.iter().zip(&work.dropped) {
+                forces[place as usize] -= *dropped;
+            }
+        }
     }
 
     /// Takes all springs off the forces on all beads.
     pub(crate) fn take_from(&self, forces: &mut [DVec3]) {
-        self.each_bead(|work, k, place| forces[place] -= work.springs[k]);
+        for work in &self.works {
+            for (&place, spring) in work.places.iter().zip(&work.springs) {
+                forces[place as usize] -= *spring;
+            }
+        }
     }
 
     /// Positions at the end of the step but for the springs there, from displacements by noise and explicit forces.
@@ -178,14 +186,6 @@ impl Implicit {
                     let place = work.places[k] as usize;
                     positions[place] = *centre + work.solution[k] + work.images[k];
                 }
-            }
-        }
-    }
-
-    fn each_bead(&self, mut visit: impl FnMut(&Work, usize, usize)) {
-        for work in &self.works {
-            for (k, &place) in work.places.iter().enumerate() {
-                visit(work, k, place as usize);
             }
         }
     }
@@ -295,7 +295,7 @@ impl Work {
             .extend(places.map(|place| frame.positions[place]));
         zero(&mut self.images, beads);
         zero(&mut self.springs, beads);
-        zero(&mut self.dropped, beads);
+        self.dropped.clear();
         self.centres.clear();
         for number in 0..self.block.parts.len() {
             let part = self.block.parts[number].clone();
@@ -378,6 +378,7 @@ impl Work {
             let others = forces[place as usize] - springs[k];
             drive += carried.length() / (scene.dt * mobilities[k]) + others.length();
         }
+        self.dropped.resize(self.places.len(), DVec3::ZERO);
         let dropped = &mut self.dropped[part.beads.clone()];
         for (i, j, c, bond, force) in bonds {
             let strong = force.dot(bond).abs() > 64.0 * scene.kt;

@@ -19,8 +19,8 @@ use zimm_core::{Boundary, DVec3, MobilityError, ParameterError, for_each_chunk};
 ///   eigenvalue has a weight in z that is bounded by what was met (Chebyshev, Markov and Stieltjes);
 /// - the integral of the residuals of the shifted systems (M + s) y = z over s, of which the root is made, for a
 ///   residual that is spread over the spectrum as the last two basis vectors are, twice or three times as long;
-/// - what rounding does to the smallest eigenvalues that were met; those below zero, which the mobility may have within
-///   its own error, are taken for zero, and are an error of their own if that is not good enough.
+/// - what rounding does to the smallest eigenvalues that were met; those below zero are taken for zero, which is no
+///   error within the [`accuracy`](Mobility::accuracy) of the mobility.
 ///
 /// Tests hold it against dense roots, to condition numbers of 1e6 and for singular matrices.
 ///
@@ -115,14 +115,16 @@ impl Lanczos {
                 return Ok(0.0);
             }
             if self.is_due() {
-                self.error = self.ritz.error(&self.diagonal, &self.off, beta, len);
+                let accuracy = mobility.accuracy();
+                let ritz = &mut self.ritz;
+                self.error = ritz.error(&self.diagonal, &self.off, beta, len, accuracy);
                 if self.error <= self.tolerance {
                     return Ok(length);
                 }
             }
             let exhausted = self.iterations >= self.most || beta == 0.0;
             if exhausted || self.ritz.floor() > self.tolerance {
-                return Err(self.failure());
+                return Err(self.failure(mobility.accuracy()));
             }
             self.off.push(beta);
             let mut next = std::mem::take(self.vector(self.iterations));
@@ -132,9 +134,9 @@ impl Lanczos {
         }
     }
 
-    fn failure(&self) -> MobilityError {
+    fn failure(&self, accuracy: f64) -> MobilityError {
         let found = self.ritz.least();
-        if found < -self.ritz.rounding() * self.iterations as f64 {
+        if found < -accuracy - self.ritz.rounding() * self.iterations as f64 {
             let quantity = "an eigenvalue";
             return MobilityError::NotPositive { quantity, found };
         }

@@ -33,6 +33,8 @@ mod implicit;
 mod kirkwood;
 mod lanczos;
 #[cfg(feature = "hydrodynamics")]
+mod lattice_sum;
+#[cfg(feature = "hydrodynamics")]
 mod mesh;
 mod mixing;
 mod mobility;

@@ -11,57 +11,58 @@ const DEPTH: usize = 8;
 pub(crate) struct Mixing {
     iterate: Vec<DVec3>,
     residual: Vec<DVec3>,
-    /// Changes of iterate and of residual, the oldest first.
-    changes: Vec<[Vec<DVec3>; 2]>,
+    /// Changes of iterate and of residual, the oldest first, and room for more.
+    changes: [[Vec<DVec3>; 2]; DEPTH],
+    known: usize,
 }
 
 impl Mixing {
     pub(crate) fn forget(&mut self) {
         self.iterate.clear();
-        self.changes.clear();
+        self.known = 0;
     }
 
     /// Replaces the iterate `v` by the next one; `residual` is g(v) - v.
     pub(crate) fn mix(&mut self, v: &mut [DVec3], residual: &[DVec3]) {
         if !self.iterate.is_empty() {
-            let mut change = if self.changes.len() == DEPTH {
-                self.changes.remove(0)
+            if self.known == DEPTH {
+                self.changes.rotate_left(1);
             } else {
-                Default::default()
-            };
+                self.known += 1;
+            }
+            let change = &mut self.changes[self.known - 1];
             let columns = [(&*v, &self.iterate), (residual, &self.residual)];
             for (change, (new, old)) in change.iter_mut().zip(columns) {
                 change.clear();
                 change.extend(new.iter().zip(old).map(|(new, old)| *new - *old));
             }
-            self.changes.push(change);
         }
         v.clone_into(&mut self.iterate);
         residual.clone_into(&mut self.residual);
         let weights = self.weights();
         add_scaled(v, 1.0, residual);
-        for ([iterate, residual], weight) in self.changes.iter().zip(weights) {
+        for ([iterate, residual], weight) in self.changes[..self.known].iter().zip(weights) {
             add_scaled(v, -weight, iterate);
             add_scaled(v, -weight, residual);
         }
     }
 
     /// How much of each change of the residual makes up the residual, by least squares.
-    fn weights(&self) -> Vec<f64> {
-        let n = self.changes.len();
-        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(n);
-        for [_, a] in &self.changes {
-            let mut row: Vec<f64> = self.changes.iter().map(|[_, b]| dot(a, b)).collect();
-            row.push(dot(a, &self.residual));
-            rows.push(row);
-        }
-        // Changes that are nearly linear combinations of others are left to rounding by this much.
-        for (k, row) in rows.iter_mut().enumerate() {
+    fn weights(&self) -> [f64; DEPTH] {
+        let n = self.known;
+        let changes = &self.changes[..n];
+        let mut rows = [[0.0; DEPTH + 1]; DEPTH];
+        for (k, (row, [_, a])) in rows.iter_mut().zip(changes).enumerate() {
+            for (entry, [_, b]) in row.iter_mut().zip(changes) {
+                *entry = dot(a, b);
+            }
+            row[n] = dot(a, &self.residual);
+            // Changes that are nearly linear combinations of others are left to rounding by this much.
             row[k] *= 1.0 + 1e-13;
         }
         // Gaussian elimination of a positive definite matrix.
         for k in 0..n {
-            let (above, below) = rows.split_at_mut(k + 1);
+            let (above, below) = rows[..n].split_at_mut(k + 1);
             let pivot = &above[k];
             for row in below {
                 let factor = if pivot[k] > 0.0 {
@@ -74,7 +75,7 @@ impl Mixing {
                 }
             }
         }
-        let mut weights = vec![0.0; n];
+        let mut weights = [0.0; DEPTH];
         for k in (0..n).rev() {
             let known: f64 = (k + 1..n).map(|m| rows[k][m] * weights[m]).sum();
             if rows[k][k] > 0.0 {

@@ -26,6 +26,12 @@ pub trait Mobility<B: Boundary> {
     /// Adds `M F` to `velocities`.
     fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]);
 
+    /// How well the mobility is known: an eigenvalue that is no farther than this below zero is zero. It is zero for
+    /// mobilities that are exact to rounding.
+    fn accuracy(&self) -> f64 {
+        0.0
+    }
+
     /// The mobility of one bead alone, 1 / friction: the part that implicit schemes take for the whole.
     fn alone(&self, place: usize) -> f64;
 }
@@ -46,8 +52,11 @@ pub trait Entries<B: Boundary>: Mobility<B> {
 pub trait Root<B: Boundary, M: Mobility<B>> {
     /// Adds `scale` times a Gaussian vector of covariance `M` to `displacements`, `M` as it was bound last.
     ///
+    /// Eigenvalues that are below zero within the [`accuracy`](Mobility::accuracy) of the mobility are taken for zero.
+    ///
     /// # Errors
-    /// If the root cannot be had to the accuracy asked for. `displacements` then hold nothing of use.
+    /// If the root cannot be had to the accuracy asked for, or the mobility has eigenvalues farther below zero.
+    /// `displacements` then hold nothing of use.
     fn add(
         &mut self,
         mobility: &mut M,

@@ -15,8 +15,16 @@ pub(crate) struct Ritz {
 
 impl Ritz {
     /// Decomposes T, of which `beta` is the next entry beside the diagonal. Returns the relative error of
-    /// |z| V T^(1/2) e_1 that is to be expected for normal z of `3 beads` components.
-    pub(crate) fn error(&mut self, diagonal: &[f64], off: &[f64], beta: f64, beads: usize) -> f64 {
+    /// |z| V T^(1/2) e_1 that is to be expected for normal z of `3 beads` components. Eigenvalues no farther than
+    /// `accuracy` below zero are zero.
+    pub(crate) fn error(
+        &mut self,
+        diagonal: &[f64],
+        off: &[f64],
+        beta: f64,
+        beads: usize,
+        accuracy: f64,
+    ) -> f64 {
         self.beta = beta;
         let last = diagonal.len() - 1;
         let ends = [0, last.saturating_sub(1), last];
@@ -29,7 +37,8 @@ impl Ritz {
         let size = diagonal[0];
         let moved = |value: f64| {
             let positive = value.max(0.0);
-            (positive + (positive - value) + rounding).sqrt() - positive.sqrt()
+            let below = (positive - value - accuracy).max(0.0);
+            (positive + below + rounding).sqrt() - positive.sqrt()
         };
         let ends = self.spectrum.values().iter().zip(self.spectrum.vectors());
         let squares = ends.map(|(value, end)| (end[0] * moved(*value)).powi(2));
@@ -46,7 +55,8 @@ impl Ritz {
         UNITS * f64::EPSILON * self.most()
     }
 
-    /// The part of the error that no iteration mends: rounding, and eigenvalues below zero, which are taken for zero.
+    /// The part of the error that no iteration mends: rounding, and eigenvalues that are truly below zero, which are
+    /// taken for zero.
     pub(crate) fn floor(&self) -> f64 {
         self.floor
     }

@@ -8,7 +8,8 @@ use crate::{
     stage::{Stage, zero},
 };
 use zimm_core::{
-    BondForce, Bonded, Boundary, ForceField, ParameterError, StepError, Stepper, System, Tally,
+    BondForce, Bonded, Boundary, DVec3, ForceField, ParameterError, StepError, Stepper, System,
+    Tally,
 };
 
 /// Springs that no step overstretches: the trapezoidal rule for springs, Heun's for flow and other forces.
@@ -85,6 +86,10 @@ pub struct SemiImplicit<M, R> {
     tolerance: f64,
     stage: Stage,
     implicit: Implicit,
+    /// Forces of everything but springs.
+    others: Vec<DVec3>,
+    /// Displacements that are foreseen.
+    predicted: Vec<DVec3>,
 }
 
 impl<M, R> SemiImplicit<M, R> {
@@ -96,6 +101,8 @@ impl<M, R> SemiImplicit<M, R> {
             tolerance: 1e-8,
             stage: Stage::default(),
             implicit: Implicit::default(),
+            others: Vec::new(),
+            predicted: Vec::new(),
         }
     }
 
@@ -133,6 +140,8 @@ impl<M, R> SemiImplicit<M, R> {
             root,
             stage,
             implicit,
+            others,
+            predicted,
             ..
         } = self;
         let scene = Scene {
@@ -156,23 +165,22 @@ impl<M, R> SemiImplicit<M, R> {
 
         // Half of the forces at the beginning act now. Of those that are not of springs, the other half is predicted
         // to be the same, then corrected.
-        let others = rest.is_some().then(|| {
-            let mut others = stage.forces.clone();
-            implicit.take_from(&mut others);
-            others
-        });
+        if rest.is_some() {
+            stage.forces.clone_into(others);
+            implicit.take_from(others);
+        }
         implicit.drop_from(&mut stage.forces);
         zero(&mut stage.velocities, frame.len());
         mobility.apply(&stage.forces, &mut stage.velocities);
         add_scaled(&mut stage.noise, half, &stage.velocities);
         if B::FLOWS || rest.is_some() {
-            let mut predicted = stage.noise.clone();
-            if let Some(others) = others {
+            stage.noise.clone_into(predicted);
+            if rest.is_some() {
                 zero(&mut stage.velocities, frame.len());
-                mobility.apply(&others, &mut stage.velocities);
-                add_scaled(&mut predicted, half, &stage.velocities);
+                mobility.apply(others, &mut stage.velocities);
+                add_scaled(predicted, half, &stage.velocities);
             }
-            implicit.release(&scene, &predicted, false);
+            implicit.release(&scene, predicted, false);
             implicit.solve(&scene, mobility)?;
         }
         if let Some(rest) = &mut rest {

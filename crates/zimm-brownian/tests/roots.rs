@@ -7,12 +7,17 @@
 )]
 
 use serde_json::Value;
+use std::ops::Range;
+use zimm_boundary::PeriodicBox;
 use zimm_brownian::mobility_laws::{self as laws, Matrix};
 use zimm_brownian::{
-    Chebyshev, Cholesky, Diagonal, FreeDraining, Lanczos, Mobility, Root, Rpy, White,
+    Chebyshev, Cholesky, Diagonal, Entries, Ewald, FreeDraining, Lanczos, Mesh, Mobility, Root,
+    Rpy, SplitNoise, White,
 };
-use zimm_core::noise::Noise;
-use zimm_core::{Clock, DVec3, Frame, MobilityError, Molecules, Open, Particles, System};
+use zimm_core::noise::{Domain, Noise};
+use zimm_core::{
+    Boundary, Clock, DMat3, DVec3, Frame, MobilityError, Molecules, Open, Particles, System,
+};
 
 /// So many beads, of no matter where.
 fn beads(count: usize) -> System<Open> {
@@ -607,6 +612,138 @@ fn extreme_mobilities_that_are_none() {
         draw(&mut Chebyshev::new(1e-3).unwrap(), &mut free, &nobody, 0),
         Ok(vec![])
     );
+}
+
+/// A mobility that says how well it is known.
+struct Known<M>(M, f64);
+
+impl<B: Boundary, M: Mobility<B>> Mobility<B> for Known<M> {
+    fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError> {
+        self.0.bind(frame)
+    }
+
+    fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]) {
+        self.0.apply(forces, velocities);
+    }
+
+    fn accuracy(&self) -> f64 {
+        self.1
+    }
+
+    fn alone(&self, place: usize) -> f64 {
+        self.0.alone(place)
+    }
+}
+
+impl<B: Boundary, M: Entries<B>> Entries<B> for Known<M> {
+    fn entry(&self, i: usize, j: usize) -> DMat3 {
+        self.0.entry(i, j)
+    }
+
+    fn runs(&self) -> Vec<Range<usize>> {
+        self.0.runs()
+    }
+}
+
+/// The largest entry of B B^T - M for a root B of a mobility M, both by columns.
+fn uncovered<B: Boundary, M: Mobility<B>>(
+    root: &mut impl Root<B, M>,
+    mobility: &mut M,
+    system: &System<B>,
+) -> f64 {
+    let order = 3 * system.particles.len();
+    let columns = laws::columns_of_root(root, mobility, system);
+    let mut worst: f64 = 0.0;
+    for j in 0..order {
+        let mut force = vec![DVec3::ZERO; order / 3];
+        force[j / 3][j % 3] = 1.0;
+        let mut velocities = vec![DVec3::ZERO; order / 3];
+        mobility.apply(&force, &mut velocities);
+        for i in 0..order {
+            let product = |k: usize| columns[k * order + i] * columns[k * order + j];
+            let covariance: f64 = (0..order).map(product).sum();
+            worst = worst.max((covariance - velocities[i / 3][i % 3]).abs());
+        }
+    }
+    worst
+}
+
+// Eigenvalues below zero within the accuracy of a mobility are zero, and the covariance is that of the mobility to
+// this accuracy; those farther below are refused, as all are where the mobility is exact.
+#[test]
+fn extreme_eigenvalues_below_zero_within_the_accuracy() {
+    let spectrum = |least: f64| {
+        let mut values: Vec<f64> = (1..=24).map(|k| 0.1 * f64::from(k)).collect();
+        values.extend([least, 0.5 * least, 0.0, 1e-9, 1e-5, 1e-3]);
+        Matrix::with_spectrum(&values, 5).unwrap().0
+    };
+    let system = beads(10);
+    for (least, accuracy, is_root) in [
+        (-4e-6, 1e-3, true),
+        (-9e-4, 1e-3, true),
+        (-4e-6, 0.0, false),
+        (-1e-2, 1e-3, false),
+        (-0.5, 1e-3, false),
+    ] {
+        let mut mobility = Known(spectrum(least), accuracy);
+        let mut cholesky = Cholesky::new(1e-6).unwrap();
+        let mut lanczos = Lanczos::new(1e-4).unwrap();
+        let mut chebyshev = Chebyshev::new(1e-4).unwrap();
+        if is_root {
+            // The diagonal is raised by the accuracy.
+            let error = uncovered(&mut cholesky, &mut mobility, &system);
+            assert!(error < 1.1 * accuracy, "Cholesky, {least:e}: {error:e}");
+            let error = uncovered(&mut lanczos, &mut mobility, &system);
+            assert!(error < 1.5 * accuracy, "Lanczos, {least:e}: {error:e}");
+            let error = uncovered(&mut chebyshev, &mut mobility, &system);
+            assert!(error < 1.5 * accuracy, "Chebyshev, {least:e}: {error:e}");
+            continue;
+        }
+        for failed in [
+            draw(&mut cholesky, &mut mobility, &system, 0),
+            draw(&mut lanczos, &mut mobility, &system, 0),
+            draw(&mut chebyshev, &mut mobility, &system, 0),
+        ] {
+            let Err(MobilityError::NotPositive { found, .. }) = failed else {
+                panic!("{least:e}: {failed:?}");
+            };
+            assert!(found < 0.0, "{found}");
+        }
+    }
+}
+
+// Ten beads that nearly coincide, and ten elsewhere, at coarse errors: a sum that is cut off may have eigenvalues below
+// zero, but none so far below that there is no root.
+#[test]
+fn extreme_nearly_coincident_beads_in_a_coarse_sum() {
+    let noise = Noise::new(3, 0);
+    let normal = |k: u32| noise.site(k).normal3(Domain::user(1));
+    let scales = [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 0.0];
+    for (case, scale) in scales.into_iter().enumerate() {
+        let near = (0..10).map(|k| scale * normal(20 * case as u32 + k));
+        let elsewhere = (10..20).map(|k| 3.0 * normal(20 * case as u32 + k));
+        let particles = Particles::new(near.chain(elsewhere).collect()).unwrap();
+        let space = PeriodicBox::cubic(8.0).unwrap();
+        let system = System::new(space, particles, Clock::new(0.01, 1.0, 1).unwrap());
+        let frame = system.frame();
+        let white = White::new(Noise::new(1, 1), &frame);
+        for error in [1e-1, 1e-2, 1e-3] {
+            let mut mobility = Ewald::new(1.0, 0.5, error).unwrap();
+            let mut cholesky = Cholesky::new(1e-6).unwrap();
+            let apart = uncovered(&mut cholesky, &mut mobility, &system);
+            assert!(apart < 1.1 * error, "Cholesky, {scale:e}: {apart:e}");
+            let apart = uncovered(&mut Lanczos::new(error).unwrap(), &mut mobility, &system);
+            assert!(apart < 3.0 * error, "Lanczos, {scale:e}: {apart:e}");
+            let mut chebyshev = Chebyshev::new(error).unwrap();
+            let apart = uncovered(&mut chebyshev, &mut mobility, &system);
+            assert!(apart < 3.0 * error, "Chebyshev, {scale:e}: {apart:e}");
+            let mut moved = vec![DVec3::ZERO; 20];
+            let mut mesh = Mesh::new(1.0, 0.5, error).unwrap();
+            mesh.bind(&frame).unwrap();
+            let mut split = SplitNoise::new(error).unwrap();
+            Root::<PeriodicBox, _>::add(&mut split, &mut mesh, &white, 1.0, &mut moved).unwrap();
+        }
+    }
 }
 
 // Mobilities in units that make them tiny or huge.

@@ -5,19 +5,13 @@
     reason = "a lane is an index into several arrays at once"
 )]
 
-mod cells;
-mod kernel;
-mod near;
-mod plan;
-mod series;
 mod tile;
 mod waves;
-mod window;
 
+use crate::lattice_sum::{Near, Plan};
 use crate::rpy::finite;
 use crate::{Entries, Mobility};
-use near::Near;
-use plan::{Plan, Task};
+use std::f64::consts::PI;
 use std::ops::Range;
 use waves::Waves;
 use zimm_core::{DMat3, DVec3, Frame, Lattice, MobilityError, ParameterError, Periodic};
@@ -25,9 +19,9 @@ use zimm_core::{DMat3, DVec3, Frame, Lattice, MobilityError, ParameterError, Per
 /// Beads and all their images in a cell of any shape: the mobility of [`Rpy`](crate::Rpy) summed over the lattice, in a
 /// solvent that is at rest, or in the flow of the cell, on average.
 ///
-/// The sum goes over pairs and over waves (Ewald 1921; for this mobility Beenakker 1986), split such that both parts are
-/// positive semidefinite. So is their sum, for beads that overlap each other or themselves across the cell. Wave
-/// vectors are those of the lattice at the moment, whatever flow has done to it.
+/// The sum goes over pairs and over waves (Ewald 1921; for this mobility Beenakker 1986), split as in
+/// [`Mesh`](crate::Mesh). It is positive semidefinite, also for beads that overlap each other or themselves across the
+/// cell. Wave vectors are those of the lattice at the moment, whatever flow has done to it.
 ///
 /// `error` is the one parameter of the method: the root-mean-square error of a velocity, for independent forces,
 /// relative to the velocity of one bead pulled alone in the cell. How much of the sum goes to pairs, and how far both
@@ -72,7 +66,6 @@ pub struct Ewald {
     error: f64,
     /// Time of a pair in a product, in times of a wave.
     pair: f64,
-    plan: Option<(Task, Plan)>,
     lattice: Option<Lattice>,
     positions: Vec<DVec3>,
     near: Near,
@@ -100,7 +93,6 @@ impl Ewald {
             radius: ParameterError::positive("radius", radius)?,
             error,
             pair: KEPT,
-            plan: None,
             lattice: None,
             positions: Vec::new(),
             near: Near::new(true),
@@ -116,37 +108,22 @@ impl Ewald {
         const LOOKED_UP: f64 = 32.0;
         self.pair = LOOKED_UP;
         self.near = Near::new(false);
-        self.plan = None;
         self
     }
 
-    /// The time of a product for each bead, in times of a wave: half of the sphere of pairs, half of that of waves.
-    fn cost(&self, task: &Task, plan: &Plan) -> f64 {
-        use std::f64::consts::PI;
-        let pairs = 2.0 * PI / 3.0 * task.density * plan.cutoff.powi(3);
-        let waves = task.volume * plan.window.edge().powi(3) / (12.0 * PI * PI);
-        self.pair * pairs + waves
-    }
-
-    /// The plan for a task, and the kernel that belongs to it.
-    fn prepare(&mut self, task: Task) -> Plan {
-        match self.plan {
-            Some((same, plan)) if same == task => plan,
-            _ => {
-                let plan = task.cheapest(|plan| self.cost(&task, plan));
-                self.near.set_kernel(task.kernel(&plan));
-                self.plan = Some((task, plan));
-                plan
-            }
-        }
+    /// The split of the least cost. A product takes half of the sphere of pairs for each bead, and half of that of
+    /// waves: `pair` N 2 pi / 3 range^3 and V (sharpness / range)^3 / 12 pi^2.
+    fn plan(&self, lattice: &Lattice, beads: usize) -> Result<Plan, MobilityError> {
+        let balance = beads as f64 / (8.0 * PI.powi(3) * self.pair);
+        let balance = libm::sqrt(libm::cbrt(balance));
+        Plan::new(lattice, beads, self.radius, self.error, balance, false)
     }
 
     fn bind_with(&mut self, plan: Plan, lattice: &Lattice, positions: &[DVec3]) {
         self.lattice = Some(*lattice);
         positions.clone_into(&mut self.positions);
-        self.near.bind(lattice, positions, plan.cutoff);
-        self.waves
-            .bind(lattice, positions, plan.window, self.radius);
+        self.near.bind(plan, lattice, positions);
+        self.waves.bind(lattice, positions, self.near.kernel());
     }
 
     fn block(&self, i: usize, j: usize) -> DMat3 {
@@ -160,28 +137,9 @@ impl Ewald {
 
 impl<B: Periodic> Mobility<B> for Ewald {
     fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError> {
-        const MOST: f64 = 3.0;
-        /// Beads larger than this share of the cell overlap with their images and move much slower than alone, down to a hundredth:
-        /// the sum is made a thousand times better.
-        const DENSE: f64 = 0.5;
         finite("position", frame.positions)?;
         let lattice = frame.boundary.lattice();
-        let found = self.radius / lattice.shortest();
-        if found > MOST {
-            return Err(MobilityError::Cell {
-                radius: self.radius,
-                quantity: "radius over the shortest lattice vector",
-                found,
-                allowed: "at most 3",
-            });
-        }
-        let error = if found > DENSE {
-            (1e-3 * self.error).max(1e-13)
-        } else {
-            self.error
-        };
-        let task = Task::new(error, self.radius, frame.len(), lattice.volume());
-        let plan = self.prepare(task);
+        let plan = self.plan(lattice, frame.len())?;
         self.bind_with(plan, lattice, frame.positions);
         Ok(())
     }
@@ -194,6 +152,10 @@ impl<B: Periodic> Mobility<B> for Ewald {
         for (velocity, &sum) in velocities.iter_mut().zip(&self.sums) {
             *velocity += self.mobility * sum;
         }
+    }
+
+    fn accuracy(&self) -> f64 {
+        self.mobility * self.error
     }
 
     fn alone(&self, _: usize) -> f64 {
@@ -241,7 +203,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 40, rng_seed: prop::test_runner::RngSeed::Fixed(7), ..Default::default() })]
 
-        /// Windows of half and of twice the range give the same entries and products, to 20 times the error asked for,
+        /// Ranges up to twice as long give the same entries and products, to 20 times the error asked for,
         /// for beads of a tenth of the shortest lattice vector to all of it.
         #[test]
         fn law_the_sum_does_not_depend_on_its_split(
@@ -253,13 +215,11 @@ mod tests {
             let error = 1e-3_f64.powi(exponent).max(1e-13);
             let radius = radius * lattice.shortest();
             let (positions, forces): (Vec<_>, Vec<_>) = beads.into_iter().unzip();
-            let task = Task::new(error, radius, positions.len(), lattice.volume());
             let mut mobility = Ewald::new(1.0, radius, error).unwrap();
-            let best = mobility.prepare(task);
+            let best = mobility.plan(&lattice, positions.len()).unwrap();
             let mut results = Vec::new();
-            for factor in [1.0, 0.5, 2.0] {
-                let plan = task.at_range(factor * best.window.range);
-                mobility.near.set_kernel(task.kernel(&plan));
+            for factor in [1.0, 1.4, 2.0] {
+                let plan = Plan { range: factor * best.range, ..best };
                 mobility.bind_with(plan, &lattice, &positions);
                 results.push((product(&mut mobility, &forces), mobility.block(0, positions.len() - 1)));
             }
@@ -270,39 +230,6 @@ mod tests {
                 let apart = *entry - results[0].1;
                 prop_assert!(apart.to_cols_array().iter().all(|x| x.abs() < 20.0 * error));
             }
-        }
-    }
-
-    /// The share of waves falls from 1 to nearly nothing, what they carry is positive and no more than the whole.
-    #[test]
-    fn law_both_parts_are_positive() {
-        for shape in [2.0, 6.0, 12.0, 25.0, 40.0] {
-            let window = window::Window { range: 1.0, shape };
-            let mut last = 1.0 + 1e-15;
-            for k in 1..=1000 {
-                let share = window.share(0.001 * f64::from(k) * window.edge());
-                assert!(
-                    share > 0.0 && share <= last + 1e-15,
-                    "{shape} {k}: {share} {last}"
-                );
-                last = share;
-            }
-        }
-    }
-
-    /// Beyond the range of the window and two radii nothing is left to pairs.
-    #[test]
-    fn limit_what_waves_carry_is_the_whole_far_away() {
-        let window = window::Window {
-            range: 1.0,
-            shape: 38.0,
-        };
-        let carried = kernel::Carried::new(window, 0.1, 3.0);
-        for r in [1.3, 2.0, 3.0_f64] {
-            let [iso, dyad] = carried.at(r);
-            let [exact_iso, exact_dyad, _] = crate::rpy::pair(r * r, 0.1);
-            assert!((iso - exact_iso).abs() < 1e-13, "{r}: {iso} {exact_iso}");
-            assert!((dyad - exact_dyad).abs() < 1e-13);
         }
     }
 }

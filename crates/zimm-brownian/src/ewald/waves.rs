@@ -1,11 +1,12 @@
 //! The sum over waves.
 
 use super::tile::{Collect, Spread, TILE, Tile};
-use super::window::Window;
-use std::f64::consts::TAU;
+use crate::lattice_sum::Kernel;
+use std::f64::consts::{PI, TAU};
 use zimm_core::{DMat3, DVec3, Lattice, each_block, for_each_chunk};
 
-/// The sum over all waves of a lattice up to the edge of a window, k = 0 left out.
+/// The sum over all waves of a lattice up to the edge of a split, k = 0 left out: W(k) of
+/// 6 pi a (I - kk / k^2) / k^2 V.
 ///
 /// Waves come in rows along one reciprocal vector, k = n1 b1 + n2 b2 + (c +- n) b3, in one half of space. With phases
 /// t of each bead, the sums over a row are
@@ -66,18 +67,12 @@ impl Waves {
         }
     }
 
-    pub(crate) fn bind(
-        &mut self,
-        lattice: &Lattice,
-        positions: &[DVec3],
-        window: Window,
-        radius: f64,
-    ) {
+    pub(crate) fn bind(&mut self, lattice: &Lattice, positions: &[DVec3], kernel: &Kernel) {
         let rows = lattice.inverse().transpose();
         self.reciprocal = [rows.x_axis, rows.y_axis, rows.z_axis];
         self.reciprocal
             .sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
-        self.list(lattice, window, radius);
+        self.list(lattice, kernel);
         self.beads = positions.len();
         let (reciprocal, beads) = (self.reciprocal, self.beads);
         self.phases.resize(beads, [[0.0; 2]; 3]);
@@ -95,12 +90,14 @@ impl Waves {
     }
 
     /// Lists the waves.
-    fn list(&mut self, lattice: &Lattice, window: Window, radius: f64) {
+    fn list(&mut self, lattice: &Lattice, kernel: &Kernel) {
         let [b1, b2, b3] = self.reciprocal;
-        let edge = window.edge() / TAU;
+        let plan = kernel.plan();
+        let edge = plan.edge() / TAU;
         let edge2 = edge * edge;
         // How far multiples of b1 and b2 go: the edge over the distance of neighbouring planes.
         let volume = lattice.volume();
+        let unit = 6.0 * PI * plan.radius / (TAU * TAU * volume);
         let far = |u: DVec3, v: DVec3| (edge * volume * u.cross(v).length()) as i32;
         let (far1, far2) = (far(b2, b3), far(b3, b1));
         let square = b3.length_squared();
@@ -128,7 +125,8 @@ impl Waves {
                         if k2 > edge2 || n == 0 && (middle || side < 0.0) {
                             return [0.0; 6];
                         }
-                        let weight = window.weight(TAU * k2.sqrt(), radius) / volume;
+                        let [kept] = kernel.waves(&[TAU * TAU * k2]);
+                        let weight = unit * kept / k2;
                         // The other half of space; the row through the origin has both halves.
                         let weight = if middle { weight } else { 2.0 * weight };
                         let u = k / k2;

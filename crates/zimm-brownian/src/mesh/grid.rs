@@ -1,7 +1,7 @@
 //! Beads on a mesh: spreading and gathering.
 
-use super::{plan::Plan, window::Window};
-use zimm_core::{DVec3, each_block};
+use super::window::Window;
+use zimm_core::{DVec3, Lattice, each_block};
 
 /// Planes of the mesh that one task spreads to.
 const SLAB: usize = 8;
@@ -30,24 +30,31 @@ pub(super) struct Grid {
     beads: Vec<Bead>,
     /// Where the beads of every first plane begin.
     starts: Vec<u32>,
+    /// Forces or sums in that order.
+    column: Vec<DVec3>,
     arch: pulp::Arch,
 }
 
 impl Grid {
     /// Lays beads onto the mesh and sorts them along it.
-    pub(super) fn bind(&mut self, plan: &Plan, window: &Window, positions: &[DVec3]) {
-        self.points = plan.points;
-        self.row = plan.points[2] + lanes(window);
-        let [n1, n2, _] = plan.points;
+    pub(super) fn bind(
+        &mut self,
+        points: [usize; 3],
+        lattice: &Lattice,
+        window: &Window,
+        positions: &[DVec3],
+    ) {
+        self.points = points;
+        self.row = points[2] + lanes(window);
+        let [n1, n2, _] = points;
         self.values.resize(n1 * n2 * 3 * self.row, 0.0);
         let place = |r: &DVec3| {
             let mut bead = Bead::default();
-            let fractions = plan.inverse * *r;
+            let fractions = lattice.inverse() * *r;
             for d in 0..3 {
-                let points = plan.points[d] as f64;
                 let fraction = fractions[d] - fractions[d].floor();
-                let (first, behind) = window.place(points * fraction);
-                bead.first[d] = first.rem_euclid(plan.points[d] as i64) as u32;
+                let (first, behind) = window.place(points[d] as f64 * fraction);
+                bead.first[d] = first.rem_euclid(points[d] as i64) as u32;
                 bead.behind[d] = behind;
             }
             bead
@@ -73,36 +80,22 @@ impl Grid {
         }
     }
 
-    /// Places of beads in the order in which they lie on the mesh.
-    pub(super) fn order(&self) -> &[u32] {
-        &self.order
-    }
-
-    /// A column in the mesh's order.
-    pub(super) fn sort(&self, column: &[DVec3], sorted: &mut Vec<DVec3>) {
-        sorted.clear();
-        sorted.extend(self.order.iter().map(|&place| column[place as usize]));
-    }
-
-    /// Adds a column in the mesh's order, times a factor, to one by places.
-    pub(super) fn add(&self, factor: f64, sorted: &[DVec3], column: &mut [DVec3]) {
-        for (&place, sorted) in self.order.iter().zip(sorted) {
-            column[place as usize] += factor * *sorted;
-        }
-    }
-
     /// Length of a plane.
     pub(super) fn plane(&self) -> usize {
         self.points[1] * 3 * self.row
     }
 
-    /// Makes the mesh the sum of the windows of all beads times their forces, given in the mesh's order.
+    /// Makes the mesh the sum of the windows of all beads times their forces.
     pub(super) fn spread(&mut self, window: &Window, forces: &[DVec3]) {
+        let mut sorted = std::mem::take(&mut self.column);
+        sorted.clear();
+        sorted.extend(self.order.iter().map(|&place| forces[place as usize]));
         if lanes(window) == 8 {
-            self.spread_lanes::<8>(window, forces);
+            self.spread_lanes::<8>(window, &sorted);
         } else {
-            self.spread_lanes::<16>(window, forces);
+            self.spread_lanes::<16>(window, &sorted);
         }
+        self.column = sorted;
     }
 
     fn spread_lanes<const L: usize>(&mut self, window: &Window, forces: &[DVec3]) {
@@ -121,13 +114,19 @@ impl Grid {
         self.values = values;
     }
 
-    /// The sums of the mesh under the windows of all beads, in the mesh's order.
-    pub(super) fn gather(&self, window: &Window, velocities: &mut [DVec3]) {
+    /// Adds the sums of the mesh under the windows of all beads, times a factor.
+    pub(super) fn gather(&mut self, window: &Window, factor: f64, velocities: &mut [DVec3]) {
+        let mut sums = std::mem::take(&mut self.column);
+        sums.resize(self.order.len(), DVec3::ZERO);
         if lanes(window) == 8 {
-            self.gather_lanes::<8>(window, velocities);
+            self.gather_lanes::<8>(window, &mut sums);
         } else {
-            self.gather_lanes::<16>(window, velocities);
+            self.gather_lanes::<16>(window, &mut sums);
         }
+        for (&place, sum) in self.order.iter().zip(&sums) {
+            velocities[place as usize] += factor * *sum;
+        }
+        self.column = sums;
     }
 
     fn gather_lanes<const L: usize>(&self, window: &Window, velocities: &mut [DVec3]) {

@@ -1,22 +1,17 @@
 //! The Ewald-summed mobility on a mesh.
 
 mod grid;
-mod near;
 mod noise;
-mod plan;
-mod series;
+mod points;
 mod spectrum;
-mod split;
 mod wave;
 mod window;
 
-use crate::{Mobility, White, rpy::finite};
+use crate::lattice_sum::{Near, Plan, sharpness_of};
+use crate::{Mobility, White, columns::add_scaled, rpy::finite, stage::zero};
 use grid::Grid;
-use near::Near;
 pub use noise::SplitNoise;
-use plan::Plan;
 use spectrum::Spectrum;
-use split::{Kernel, Split, sharpness};
 use wave::Waves;
 use window::{WIDEST, Window};
 use zimm_core::{DVec3, Frame, MobilityError, ParameterError, Periodic};
@@ -83,12 +78,10 @@ pub struct Mesh {
     radius: f64,
     tolerance: f64,
     window: Window,
-    split: Option<Split>,
-    kernel: Option<Kernel>,
     grid: Grid,
     near: Near,
     waves: Waves,
-    sorted: [Vec<DVec3>; 2],
+    sums: Vec<DVec3>,
 }
 
 impl Mesh {
@@ -102,19 +95,17 @@ impl Mesh {
             let allowed = "from 1e-11 to 0.1";
             return Err(ParameterError::new("tolerance", tolerance, allowed));
         }
-        let points = (0.5 * sharpness(tolerance) - 0.5).ceil();
+        let points = (0.5 * sharpness_of(tolerance) - 0.5).ceil();
         let points = points.clamp(4.0, WIDEST as f64);
         Ok(Self {
             mobility: ParameterError::positive("friction", friction)?.recip(),
             radius: ParameterError::positive("radius", radius)?,
             tolerance,
             window: Window::new(points as usize, 1e-2 * tolerance),
-            split: None,
-            kernel: None,
             grid: Grid::default(),
-            near: Near::default(),
+            near: Near::new(true),
             waves: Waves::default(),
-            sorted: Default::default(),
+            sums: Vec::new(),
         })
     }
 
@@ -130,49 +121,47 @@ impl Mesh {
 
     /// Adds noise of the covariance of the wave part of beads of a mobility of one.
     fn draw(&mut self, white: &White<'_>, scale: f64, displacements: &mut [DVec3]) {
-        let Some(kernel) = &self.kernel else { return };
-        let [_, sums] = &mut self.sorted;
-        sums.resize(self.grid.order().len(), DVec3::ZERO);
-        self.waves.draw(&mut self.grid, kernel, self.radius, white);
-        self.grid.gather(&self.window, sums);
-        self.grid.add(scale, sums, displacements);
+        if self.points() == [0; 3] {
+            return;
+        }
+        self.waves.draw(&mut self.grid, self.near.kernel(), white);
+        self.grid.gather(&self.window, scale, displacements);
     }
 }
 
 impl<B: Periodic> Mobility<B> for Mesh {
     fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError> {
         finite("position", frame.positions)?;
-        let (lattice, beads) = (frame.boundary.lattice(), frame.len());
-        let points = self.window.points();
-        let plan = Plan::new(lattice, beads, self.radius, self.tolerance, points)?;
-        let as_sharp = |split: &Split| split.sharpness() == plan.sharpness;
-        let split = self.split.take().filter(as_sharp);
-        let split = split.unwrap_or_else(|| Split::new(plan.sharpness, 1e-2 * self.tolerance));
-        let same = |kernel: &Kernel| {
-            kernel.range() == plan.range && kernel.edge() == plan.sharpness / plan.range
-        };
-        let kernel = self.kernel.take().filter(same);
-        let kernel = kernel.unwrap_or_else(|| split.kernel(self.radius, plan.range));
-        self.split = Some(split);
-        self.waves
-            .bind(Spectrum::new(&plan, &self.window, kernel.edge()));
-        self.grid.bind(&plan, &self.window, frame.positions);
-        self.near
-            .bind(&plan, &kernel, frame.positions, self.grid.order());
-        self.kernel = Some(kernel);
+        /// At which pairs and waves cost the same in a step with noise.
+        const BALANCE: f64 = 0.47;
+        /// What of the error is left to the split; the mesh has one, too.
+        const SHARE: f64 = 1.0 / 1.5;
+        let lattice = frame.boundary.lattice();
+        let error = SHARE * self.tolerance;
+        let plan = Plan::new(lattice, frame.len(), self.radius, error, BALANCE, true)?;
+        let points = points::of(lattice, &plan, &self.window)?;
+        self.near.bind(plan, lattice, frame.positions);
+        let spectrum = Spectrum::new(points, lattice, &self.window, self.near.kernel());
+        self.waves.bind(spectrum);
+        self.grid
+            .bind(points, lattice, &self.window, frame.positions);
         Ok(())
     }
 
     fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]) {
-        let Some(kernel) = &self.kernel else { return };
-        let [sorted, sums] = &mut self.sorted;
-        self.grid.sort(forces, sorted);
-        sums.resize(sorted.len(), DVec3::ZERO);
-        self.grid.spread(&self.window, sorted);
-        self.waves.convolve(&mut self.grid, kernel, self.radius);
-        self.grid.gather(&self.window, sums);
-        self.near.apply(sorted, sums);
-        self.grid.add(self.mobility, sums, velocities);
+        if self.points() == [0; 3] {
+            return;
+        }
+        zero(&mut self.sums, forces.len());
+        self.grid.spread(&self.window, forces);
+        self.waves.convolve(&mut self.grid, self.near.kernel());
+        self.grid.gather(&self.window, 1.0, &mut self.sums);
+        self.near.apply(forces, &mut self.sums);
+        add_scaled(velocities, self.mobility, &self.sums);
+    }
+
+    fn accuracy(&self) -> f64 {
+        self.mobility * self.tolerance
     }
 
     fn alone(&self, _: usize) -> f64 {

@@ -69,15 +69,11 @@ impl<B: Boundary> Mobility<B> for PairPart<'_> {
     }
 
     fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]) {
-        let Mesh {
-            grid, near, sorted, ..
-        } = &mut *self.0;
-        let [sorted, sums] = sorted;
-        grid.sort(forces, sorted);
-        sums.clear();
-        sums.resize(sorted.len(), DVec3::ZERO);
-        near.apply(sorted, sums);
-        grid.add(1.0, sums, velocities);
+        self.0.near.apply(forces, velocities);
+    }
+
+    fn accuracy(&self) -> f64 {
+        self.0.tolerance
     }
 
     fn alone(&self, _: usize) -> f64 {

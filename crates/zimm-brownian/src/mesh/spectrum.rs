@@ -1,10 +1,10 @@
 //! The modes of a mesh and what the wave part does to them.
 
-use super::{plan::Plan, split::Kernel, window::Window};
-use crate::White;
+use super::window::Window;
+use crate::{White, lattice_sum::Kernel};
 use realfft::num_complex::Complex64;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
-use zimm_core::DVec3;
+use zimm_core::{DVec3, Lattice};
 
 /// Modes whose kernels are evaluated together.
 const LANES: usize = 8;
@@ -23,9 +23,14 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    pub(super) fn new(plan: &Plan, window: &Window, edge: f64) -> Self {
-        let reciprocal = TAU * plan.inverse.transpose();
-        let sharpening = plan.points.map(|n| {
+    pub(super) fn new(
+        points: [usize; 3],
+        lattice: &Lattice,
+        window: &Window,
+        kernel: &Kernel,
+    ) -> Self {
+        let reciprocal = TAU * lattice.inverse().transpose();
+        let sharpening = points.map(|n| {
             let sharpening = |m: usize| {
                 if 2 * m == n {
                     0.0
@@ -36,11 +41,11 @@ impl Spectrum {
             (0..n).map(sharpening).collect()
         });
         Self {
-            points: plan.points,
+            points,
             reciprocal: [reciprocal.x_axis, reciprocal.y_axis, reciprocal.z_axis],
             sharpening,
-            volume: plan.basis.determinant().abs(),
-            edge,
+            volume: lattice.volume(),
+            edge: kernel.plan().edge(),
             arch: pulp::Arch::new(),
         }
     }
@@ -77,16 +82,15 @@ pub(super) struct Lines<'a> {
 
 impl Lines<'_> {
     /// Forces to velocities.
-    pub(super) fn scale(self, kernel: &Kernel, radius: f64) {
+    pub(super) fn scale(self, kernel: &Kernel) {
         self.spectrum.arch.dispatch(Scale {
             lines: self,
             kernel,
-            radius,
         });
     }
 
     /// Random velocities.
-    pub(super) fn draw(self, kernel: &Kernel, radius: f64, white: &White<'_>) {
+    pub(super) fn draw(self, kernel: &Kernel, white: &White<'_>) {
         let Self {
             spectrum,
             second,
@@ -98,9 +102,9 @@ impl Lines<'_> {
         for line in 0..size / n1 {
             let third = third + line;
             for start in (0..n1).step_by(LANES) {
-                let group = Group::new(spectrum, kernel, radius, [start, second, third]);
+                let group = Group::new(spectrum, kernel, [start, second, third]);
                 for lane in 0..LANES.min(n1 - start) {
-                    let factor = group.factor[lane].sqrt();
+                    let factor = group.factor[lane].max(0.0).sqrt();
                     let at = line * n1 + start + lane;
                     let mode = [start + lane, second, third];
                     let z = if factor > 0.0 {
@@ -145,12 +149,12 @@ struct Group {
 
 impl Group {
     #[inline(always)]
-    fn new(spectrum: &Spectrum, kernel: &Kernel, radius: f64, mode: [usize; 3]) -> Self {
+    fn new(spectrum: &Spectrum, kernel: &Kernel, mode: [usize; 3]) -> Self {
         let [start, second, third] = mode;
         let n1 = spectrum.points[0];
         let across = spectrum.across(second, third).to_array();
         let along = spectrum.reciprocal[0].to_array();
-        let unit = 6.0 * PI * radius / spectrum.volume;
+        let unit = 6.0 * PI * kernel.plan().radius / spectrum.volume;
         let unit = unit * spectrum.sharpening[1][second] * spectrum.sharpening[2][third];
         let mut first = [0.0; LANES];
         let mut sharpening = [0.0; LANES];
@@ -189,7 +193,6 @@ impl Group {
 struct Scale<'a, 'b> {
     lines: Lines<'a>,
     kernel: &'b Kernel,
-    radius: f64,
 }
 
 impl pulp::NullaryFnOnce for Scale<'_, '_> {
@@ -210,8 +213,7 @@ impl pulp::NullaryFnOnce for Scale<'_, '_> {
         for line in 0..size / n1 {
             for start in (0..n1).step_by(LANES) {
                 let mode = [start, second, third + line];
-                let Group { k, inverse, factor } =
-                    Group::new(spectrum, self.kernel, self.radius, mode);
+                let Group { k, inverse, factor } = Group::new(spectrum, self.kernel, mode);
                 let range = line * n1 + start..line * n1 + n1.min(start + LANES);
                 let modes = x[range.clone()]
                     .iter_mut()

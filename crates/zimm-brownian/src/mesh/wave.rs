@@ -3,9 +3,8 @@
 use super::{
     grid::Grid,
     spectrum::{Lines, Spectrum},
-    split::Kernel,
 };
-use crate::White;
+use crate::{White, lattice_sum::Kernel};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex, num_complex::Complex64};
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
@@ -72,21 +71,15 @@ impl Waves {
     }
 
     /// Makes the mesh of forces one of velocities, for beads of a mobility of one alone.
-    pub(super) fn convolve(&mut self, grid: &mut Grid, kernel: &Kernel, radius: f64) {
+    pub(super) fn convolve(&mut self, grid: &mut Grid, kernel: &Kernel) {
         self.forward(grid);
-        self.middle(true, &|lines: Lines<'_>| lines.scale(kernel, radius));
+        self.middle(true, &|lines: Lines<'_>| lines.scale(kernel));
         self.inverse(grid);
     }
 
     /// Makes the mesh one of random velocities whose covariance is the wave part, for beads of a mobility of one alone.
-    pub(super) fn draw(
-        &mut self,
-        grid: &mut Grid,
-        kernel: &Kernel,
-        radius: f64,
-        white: &White<'_>,
-    ) {
-        self.middle(false, &|lines: Lines<'_>| lines.draw(kernel, radius, white));
+    pub(super) fn draw(&mut self, grid: &mut Grid, kernel: &Kernel, white: &White<'_>) {
+        self.middle(false, &|lines: Lines<'_>| lines.draw(kernel, white));
         self.inverse(grid);
     }
 

@@ -1,6 +1,6 @@
 //! The window that spreads a bead over mesh points: Kaiser and Bessel's.
 
-use super::{series::Series, split::bessel};
+use crate::lattice_sum::{Series, bessel};
 use std::f64::consts::PI;
 
 /// Most mesh points that a bead is spread over in each direction.
@@ -106,7 +106,7 @@ impl Window {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::series::gauss;
+    use crate::lattice_sum::gauss;
 
     #[test]
     fn law_transform_is_that_of_the_window() {

@@ -107,6 +107,7 @@ impl Cells {
     fn within(&self, here: DVec3, candidates: Range<usize>, pairs: &mut Pairs) {
         let limit = self.cutoff * self.cutoff;
         let [x, y, z] = &self.columns;
+        let start = pairs.start;
         let mut from = candidates.start;
         while from < candidates.end {
             let to = candidates.end.min(from + RUN);
@@ -119,20 +120,43 @@ impl Cells {
             pairs.make_room(RUN);
             let len = pairs.len;
             let partners = &mut pairs.partners[len..len + RUN];
-            let [xs, ys, zs] = pairs.apart.each_mut().map(|c| &mut c[len..len + RUN]);
+            let apart = &mut pairs.apart[len..len + RUN];
             let mut kept = 0;
             for (l, square) in squares[..to - from].iter().enumerate() {
                 partners[kept % RUN] = l as u32;
                 kept += usize::from(*square < limit);
             }
-            for k in 0..kept {
-                let l = partners[k] as usize;
-                (xs[k], ys[k], zs[k]) = (here.x - x[l], here.y - y[l], here.z - z[l]);
-                partners[k] += from as u32;
+            for (partner, apart) in partners.iter_mut().zip(apart).take(kept) {
+                let l = *partner as usize;
+                *apart = [here.x - x[l], here.y - y[l], here.z - z[l], 0.0];
+                let j = from + l;
+                let behind = if j < start { self.order.len() } else { 0 };
+                *partner = (j + behind - start) as u32;
             }
             pairs.len = len + kept;
             from = to;
         }
+    }
+
+    /// The beads that the partners of a range are among, and the range itself: the first, and how many from there on,
+    /// round the end of the column.
+    pub(crate) fn company(&self, beads: &Range<usize>) -> [usize; 2] {
+        let (Some(first), Some(last)) = (
+            self.cells.get(beads.start),
+            self.cells[beads.clone()].last(),
+        ) else {
+            return [0; 2];
+        };
+        let plane = |x: i32| self.starts[self.index(IVec3::new(x, 0, 0))] as usize;
+        let (start, beyond) = (plane(first.x), last.x + self.reach.x + 1);
+        if beyond - first.x >= self.counts.x {
+            return [start, self.order.len()];
+        }
+        let (beyond, image) = wrap(beyond, self.counts.x);
+        [
+            start,
+            plane(beyond) + image as usize * self.order.len() - start,
+        ]
     }
 
     /// Calls `each` with every image of a separation within the cutoff, that of zero length too.
@@ -155,38 +179,28 @@ impl Cells {
 /// Candidates are looked at in runs of this many.
 const RUN: usize = 32;
 
-/// Pairs by columns: of the beads of a range, one bead after another. Each bead's run is filled up to whole lanes with
-/// pairs that do nothing.
+/// Pairs of the beads of a range, one bead after another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pairs {
-    pub(crate) first: usize,
+    start: usize,
     /// Where each bead's run ends.
     pub(crate) ends: Vec<u32>,
     len: usize,
-    pub(crate) partners: Vec<u32>,
-    /// Separations r_i - r_j.
-    pub(crate) apart: [Vec<f64>; 3],
+    /// Numbers of partners, counted from a bead on and round the end of the column.
+    partners: Vec<u32>,
+    /// Separations r_i - r_j, and room for one number.
+    apart: Vec<[f64; 4]>,
 }
 
-/// Runs are filled up to multiples of this.
-pub(crate) const LANES: usize = 8;
-
 impl Pairs {
+    /// Finds the pairs of a range; partners are counted from `start` on.
     #[inline(always)]
-    pub(crate) fn fill(&mut self, cells: &Cells, beads: Range<usize>) {
-        self.first = beads.start;
+    pub(crate) fn fill(&mut self, cells: &Cells, start: usize, beads: Range<usize>) {
+        self.start = start;
         self.ends.clear();
         self.len = 0;
         for i in beads {
             cells.gather(i, self);
-            self.make_room(LANES);
-            while !self.len.is_multiple_of(LANES) {
-                self.partners[self.len] = i as u32;
-                for column in &mut self.apart {
-                    column[self.len] = f64::INFINITY;
-                }
-                self.len += 1;
-            }
             self.ends.push(self.len as u32);
         }
     }
@@ -195,14 +209,24 @@ impl Pairs {
         self.len
     }
 
+    pub(crate) fn partners(&self) -> &[u32] {
+        &self.partners[..self.len]
+    }
+
+    pub(crate) fn apart(&self) -> &[[f64; 4]] {
+        &self.apart[..self.len]
+    }
+
+    pub(crate) fn apart_mut(&mut self) -> &mut [[f64; 4]] {
+        &mut self.apart[..self.len]
+    }
+
     #[inline(always)]
     fn make_room(&mut self, more: usize) {
         if self.partners.len() < self.len + more {
             let len = 2 * self.len + more;
             self.partners.resize(len, 0);
-            for column in &mut self.apart {
-                column.resize(len, 0.0);
-            }
+            self.apart.resize(len, [0.0; 4]);
         }
     }
 }
