@@ -13,6 +13,7 @@
 //! | `brownian` | [`brownian`] | Brownian dynamics: free draining, schemes for stiff springs |
 //! | `hydrodynamics` | [`brownian`] | Rotne-Prager-Yamakawa mobilities, Ewald sums, their square roots (not by default) |
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
+//! | `output` | [`output`] | trajectories that other tools read, and that are read back |
 //! | `rayon` | | threads, with the same bits as without |
 //! | `start` | | random initial states |
 //!
@@ -30,6 +31,8 @@ pub use zimm_brownian as brownian;
 pub use zimm_forces as forces;
 #[cfg(feature = "integrators")]
 pub use zimm_integrators as integrators;
+#[cfg(feature = "output")]
+pub use zimm_output as output;
 
 /// Everything that a scene names, in one import.
 pub mod prelude {
@@ -44,6 +47,8 @@ pub mod prelude {
     pub use zimm_forces::*;
     #[cfg(feature = "integrators")]
     pub use zimm_integrators::*;
+    #[cfg(feature = "output")]
+    pub use zimm_output::*;
 }
 
 /// The README's scene, compiled and run.
