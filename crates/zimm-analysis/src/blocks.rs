@@ -138,14 +138,38 @@ const GROWTH: f64 = 1.5;
 /// Standard deviations by which it may have grown since blocks of a quarter of the length.
 const RISE: f64 = 2.0;
 
-/// The error of the mean from its errors at all block lengths, and the length chosen; [`crate::BlockAverage`] says
-/// how.
+/// The error of the mean from its errors at all block lengths from one sample on, and the length chosen;
+/// [`crate::BlockAverage`] says how.
 pub(crate) fn plateau(levels: &[BlockLevel]) -> (StandardError, Option<BlockLevel>) {
+    let Some(single) = levels.first() else {
+        return (StandardError::AtLeast(0.0), None);
+    };
+    settled(levels, single.blocks as f64, |level| {
+        times_independent(level.error, single.error)
+    })
+}
+
+/// By how much the squared error exceeds that of independent samples.
+pub(crate) fn times_independent(error: f64, independent: f64) -> f64 {
+    if independent > 0.0 {
+        (error / independent) * (error / independent)
+    } else {
+        1.0
+    }
+}
+
+/// The error of the mean of this many samples from the errors that blocks of several lengths show, each twice as long
+/// as the one before; `correlated` is the number of samples for an independent one, as a length shows it.
+pub(crate) fn settled(
+    levels: &[BlockLevel],
+    samples: f64,
+    correlated: impl Fn(&BlockLevel) -> f64,
+) -> (StandardError, Option<BlockLevel>) {
     let heard = levels
         .iter()
         .take_while(|level| level.blocks >= FEWEST_HEARD)
         .count();
-    let long = |k: usize| is_long(&levels[k], &levels[0]);
+    let long = |k: usize| is_long(&levels[k], samples, correlated(&levels[k]));
     let ahead = |k: usize| {
         levels[k + 1..heard]
             .iter()
@@ -169,15 +193,9 @@ pub(crate) fn plateau(levels: &[BlockLevel]) -> (StandardError, Option<BlockLeve
 }
 
 /// Whether blocks are so long that their correlation biases the error less than their number scatters it.
-fn is_long(level: &BlockLevel, single: &BlockLevel) -> bool {
-    let length = level.length as f64;
-    let correlated = if single.error > 0.0 {
-        (level.error / single.error) * (level.error / single.error)
-    } else {
-        1.0
-    };
-    length * length * length
-        > 2.0 * single.blocks as f64 * correlated.max(1.0) * correlated.max(1.0)
+fn is_long(level: &BlockLevel, samples: f64, correlated: f64) -> bool {
+    let (length, correlated) = (level.length as f64, correlated.max(1.0));
+    length * length * length > 2.0 * samples * correlated * correlated
 }
 
 /// By how many standard deviations the squared error grows from one length to a longer one. Longer blocks are made of

@@ -135,7 +135,7 @@ mod tests {
         let mut random = Random::new(97);
         let mut system = at(Open, vec![DVec3::ZERO, DVec3::X]);
         let mut displacement = Displacement::new(Molecules::linear(0, 1, 2).unwrap());
-        let mut squares = MeanSquareDisplacement::new(1.0, 4, 1..=4).unwrap();
+        let mut squares = MeanSquareDisplacement::new(1.0, 1..=4).unwrap();
         for _ in 0..100_000 {
             step(&mut system, || 0.5_f64.sqrt() * random.normal3());
             squares.push(displacement.measure(&system.frame(), &()).unwrap());

@@ -49,6 +49,12 @@ pub enum AnalysisError {
         /// The lower bound of its standard error.
         error: f64,
     },
+    /// A run that drifts throughout its first half or longer.
+    #[error("{samples} samples have not settled: the run is too short for its transient")]
+    NotSettled {
+        /// How many samples there are.
+        samples: u64,
+    },
     /// A molecule names a particle that does not exist.
     #[error("molecule {molecule} names particle {identity}, but there are {particles}")]
     NoSuchParticle {

@@ -15,7 +15,9 @@ use zimm_core::{DMat3, Estimator, ParameterError};
 /// In shear of a rate these are 4 <F_x Q_y> / (rate <Q_y Q_y>) and 2 (<F . Q> - 3 kT) / (rate <Q_x Q_y>).
 ///
 /// Q is the connector and F the whole force in it: the spring's tension and, with a minus sign, whatever repulsion
-/// acts between the two beads. Both hold for any spring; they agree when the drag is isotropic and constant.
+/// acts between the two beads. In a solvent of particles that repulsion is the mean force, kT d ln g / dr with g of the
+/// fluid, not the bare force between the beads: the solvent pushes them together and all but cancels it, so that the
+/// tension alone is much nearer. Both hold for any spring; they agree when the drag is isotropic and constant.
 ///
 /// A sample is `[<QF>, <QQ>]`, means over the dumbbells of a frame. From the stress of the springs alone `<QF>` is
 /// (V / n) [`item(Item::Spring)`](crate::StressBudget::item) with n dumbbells, and `<QQ>` is

@@ -81,7 +81,7 @@ impl<B: Boundary, T> Observable<B, T> for KineticTemperature {
     }
 }
 
-fn mean_velocity<B: Boundary>(frame: &Frame<'_, B>) -> DVec3 {
+pub(crate) fn mean_velocity<B: Boundary>(frame: &Frame<'_, B>) -> DVec3 {
     let (mut momentum, mut mass) = (DVec3::ZERO, 0.0);
     for (place, &velocity) in frame.velocities.iter().enumerate() {
         momentum += frame.mass(place) * velocity;

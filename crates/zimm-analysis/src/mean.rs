@@ -5,8 +5,8 @@ use std::fmt;
 
 /// A mean with its standard error.
 ///
-/// Printed, it carries its error, and says so if that is only a lower bound. The short form `{:#}`, for tables, has the
-/// error in units of the last digits:
+/// Printed, it carries its error, and says so if that is only a lower bound. The short form `{:#}`, for tables, has
+/// the error in units of the last digits:
 ///
 /// ```
 /// use zimm_analysis::{Mean, StandardError};
@@ -103,6 +103,47 @@ impl Mean {
         Self { value, error }
     }
 
+    /// About how many more samples it takes to know the mean to this relative error; none if it is known already.
+    ///
+    /// `samples` is the number that this mean is made of. Its error falls as one over the square root of it. While the
+    /// error is only bounded from below the answer is never none, and at least as many as there are.
+    ///
+    /// A run that stops at the first moment when its error is small enough stops, more often than not, when the error
+    /// is estimated too small. Ask seldom, after as many more samples as were answered, and this effect is small.
+    ///
+    /// ```
+    /// use zimm_analysis::BlockAverage;
+    /// use zimm_core::Estimator;
+    ///
+    /// // Run until the viscosity is known to 2 %.
+    /// let mut viscosity = BlockAverage::new();
+    /// let (mut more, mut k) = (100_u64, 0_u64);
+    /// while more > 0 {
+    ///     for _ in 0..more {
+    ///         k += 1; // ... a step of the system, and its stress ...
+    ///         viscosity.push(0.5 + (k * 2_654_435_769 % 1000) as f64 / 1000.0);
+    ///     }
+    ///     more = viscosity.estimate()?.more_samples(viscosity.samples(), 0.02);
+    /// }
+    /// assert!(viscosity.estimate()?.at_least() < 0.02);
+    /// assert!(viscosity.samples() < 1000);
+    /// # Ok::<(), zimm_analysis::AnalysisError>(())
+    /// ```
+    pub fn more_samples(&self, samples: u64, relative_error: f64) -> u64 {
+        let allowed = relative_error.max(0.0) * self.value.abs();
+        let excess = if self.at_least() > 0.0 {
+            (self.at_least() / allowed).powi(2)
+        } else {
+            1.0
+        };
+        // More than there are numbers is all of them.
+        let more = (samples as f64 * (excess - 1.0)).ceil() as u64;
+        match self.error {
+            StandardError::Plateau { .. } => more,
+            StandardError::AtLeast(_) => more.max(samples).max(1),
+        }
+    }
+
     /// One mean of several independent ones of the same quantity, each weighted by the inverse square of its error:
     /// the constant of [`PolynomialFit`], with its error. If the means scatter more than their errors explain, the
     /// error grows accordingly.
@@ -195,6 +236,32 @@ mod tests {
         let difference = known(5.0, 3.0, 0.5).minus_independent(known(1.0, 4.0, 1.0));
         let uncertainty = (1.5_f64 * 1.5 + 16.0).sqrt() / 5.0;
         assert_eq!(difference, known(4.0, 5.0, uncertainty));
+    }
+
+    // Errors fall as one over the root of the samples: 3 times the error asked for takes 9 times the samples.
+    #[test]
+    fn law_more_samples_are_those_that_the_error_takes() {
+        let mean = known(-2.0, 0.06, 0.0);
+        assert_eq!(mean.more_samples(100, 0.01), 800);
+        assert_eq!(
+            (mean.more_samples(100, 0.03), mean.more_samples(100, 1.0)),
+            (0, 0)
+        );
+        assert_eq!(mean.more_samples(100, 0.029_99), 1);
+        assert_eq!(known(0.0, 0.0, 0.0).more_samples(10, 0.1), 0);
+        for hopeless in [
+            known(0.0, 1.0, 0.1).more_samples(10, 0.1),
+            mean.more_samples(10, 0.0),
+        ] {
+            assert_eq!(hopeless, u64::MAX);
+        }
+        let error = StandardError::AtLeast(0.06);
+        let short = Mean { value: 2.0, error };
+        assert_eq!(
+            (short.more_samples(100, 1.0), short.more_samples(100, 0.01)),
+            (100, 800)
+        );
+        assert_eq!(short.more_samples(0, 1.0), 1);
     }
 
     #[test]

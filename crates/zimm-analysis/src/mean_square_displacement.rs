@@ -1,33 +1,41 @@
 //! Diffusion from displacements.
 
-use crate::{AnalysisError, BlockAverage, BlockAverages, Mean};
-use std::collections::VecDeque;
+use crate::ladder::{Ladder, Rule};
+use crate::{AnalysisError, Mean};
 use std::f64::consts::PI;
 use std::ops::RangeInclusive;
 use zimm_core::{DVec3, Estimator, ParameterError};
 
-/// The mean square displacement over a number of lags, each sample the origin of all of them, and the diffusion
-/// coefficient from its slope:
+/// The mean square displacement over lags from one sample to a quarter of the run, in memory that grows as the
+/// logarithm of the run, and the diffusion coefficient from its slope:
 ///
 /// ```text
 /// D = (1/6) d<|r(t) - r(0)|^2> / dt        one third of which belongs to each axis
 /// ```
 ///
-/// The slope is the least squares line through the lags chosen, computed for every origin; so its error, from block
-/// averages over origins, knows of all correlations between lags.
+/// The slope is the least squares line through the lags chosen. Its error, from the scatter of 64 to 128 stretches of
+/// the run, or 2 or 4 of them together, knows of all correlations between lags.
+///
+/// The first 16 samples before each are compared with it, the 16 before among every second sample with every second,
+/// and so on: lags are as in [`Autocorrelation`](crate::Autocorrelation), but nothing is averaged, so displacements
+/// are exact at all.
 ///
 /// A sample is the unwrapped positions of particles ([`Unwrapped`](crate::Unwrapped)) or molecules
 /// ([`CentresOfMass`](crate::CentresOfMass)), at equal intervals of time. With the drift of N equal particles taken
 /// off, displacements that are independent come out smaller by 1 - 1/N. A finite cell slows diffusion down:
 /// [`periodic_correction`].
 ///
+/// The other route to D is a third of the integral of the autocorrelation of [`Velocities`](crate::Velocities). It
+/// shows when particles forget their velocities, needs samples much closer in time, and is exact only as far as its
+/// trapezoidal rule is.
+///
 /// ```
 /// use zimm_analysis::MeanSquareDisplacement;
 /// use zimm_core::{DVec3, Estimator};
 ///
 /// // Ballistic: r = t along x, so r^2 grows as t^2.
-/// let mut displacement = MeanSquareDisplacement::new(0.5, 4, 1..=2)?;
-/// for step in 0..8 {
+/// let mut displacement = MeanSquareDisplacement::new(0.5, 1..=2)?;
+/// for step in 0..16 {
 ///     displacement.push(vec![DVec3::X * 0.5 * f64::from(step)]);
 /// }
 /// let diffusion = displacement.estimate()?;
@@ -39,12 +47,9 @@ use zimm_core::{DVec3, Estimator, ParameterError};
 #[derive(Clone, Debug)]
 pub struct MeanSquareDisplacement {
     interval: f64,
-    lags: usize,
-    weights: Vec<f64>,
-    history: VecDeque<Vec<DVec3>>,
-    displacement: BlockAverages,
-    slopes: [BlockAverage; 4],
-    samples: u64,
+    fit: RangeInclusive<u64>,
+    ladder: Ladder<Squares, 3>,
+    components: Vec<f64>,
     misfit: Option<AnalysisError>,
 }
 
@@ -61,54 +66,76 @@ pub struct Diffusion {
     pub axes: [Mean; 3],
 }
 
+#[derive(Clone, Debug)]
+struct Squares;
+
+impl Rule<3> for Squares {
+    const AVERAGES: bool = false;
+
+    fn compare(now: &[f64], then: &[f64]) -> [f64; 3] {
+        let mut squares = [0.0; 3];
+        for (a, b) in now.as_chunks::<3>().0.iter().zip(then.as_chunks::<3>().0) {
+            for ((square, a), b) in squares.iter_mut().zip(a).zip(b) {
+                *square += (a - b) * (a - b);
+            }
+        }
+        squares
+    }
+}
+
+/// Samples of a level, and how many one of the next level stands for.
+const LEVELS: (usize, usize) = (16, 2);
+
 impl MeanSquareDisplacement {
-    /// Samples come at this interval of time; displacements are kept for lags of 1 to `lags` intervals, and those in
-    /// `fit` make the slope. It costs `lags` sets of positions in memory, and as many differences a sample.
+    /// Samples come at this interval of time; the lags within `fit`, in intervals, make the slope. Each sample costs
+    /// 32 comparisons of all positions, and memory holds 16 sets of them for every doubling of the run beyond 16
+    /// samples.
     ///
     /// # Errors
-    /// If the interval is not above zero, or `fit` is not within 1 to `lags` or holds fewer than two lags.
-    pub fn new(
-        interval: f64,
-        lags: usize,
-        fit: RangeInclusive<usize>,
-    ) -> Result<Self, ParameterError> {
+    /// If the interval is not above zero, or `fit` holds fewer than two of the lags 1 to 16, 18 to 32 by 2, 36 to 64
+    /// by 4, and so on, or zero.
+    pub fn new(interval: f64, fit: RangeInclusive<usize>) -> Result<Self, ParameterError> {
         let interval = ParameterError::positive("interval", interval)?;
-        let (first, last) = (*fit.start(), *fit.end());
-        if first < 1 || last > lags || first >= last {
-            let found = if last > lags { last } else { first } as f64;
-            let allowed = "within 1 to `lags`, and hold two lags or more";
-            return Err(ParameterError::new("fit", found, allowed));
-        }
-        let middle = 0.5 * (first + last) as f64;
-        let square: f64 = fit
-            .clone()
-            .map(|k| (k as f64 - middle) * (k as f64 - middle))
-            .sum();
-        let weight = |k: usize| {
-            if fit.contains(&k) {
-                (k as f64 - middle) / (square * interval)
-            } else {
-                0.0
-            }
+        let (first, last) = (*fit.start() as u64, *fit.end() as u64);
+        // From one power of two to the next there are eight lags.
+        let next = |lag: u64| {
+            let apart = 1 << (lag / 8).max(1).ilog2();
+            (lag / apart + 1).saturating_mul(apart)
         };
+        let start = if first > 0 { next(first - 1) } else { 0 };
+        if first < 1 || next(start) > last {
+            let allowed = "1 or more, and hold two lags or more";
+            return Err(ParameterError::new("fit", first as f64, allowed));
+        }
         Ok(Self {
             interval,
-            lags,
-            weights: (1..=lags).map(weight).collect(),
-            history: VecDeque::with_capacity(lags),
-            displacement: BlockAverages::new(lags),
-            slopes: Default::default(),
-            samples: 0,
+            fit: first..=last,
+            ladder: Ladder::new(LEVELS.0, LEVELS.1),
+            components: Vec::new(),
             misfit: None,
         })
     }
 
-    /// Squared displacements along each axis since every sample kept, averaged over particles; the latest first.
-    fn squares<'a>(&'a self, now: &'a [DVec3]) -> impl Iterator<Item = DVec3> + 'a {
-        self.history.iter().rev().map(move |then| {
-            let sum: DVec3 = now.iter().zip(then).map(|(a, b)| (a - b) * (a - b)).sum();
-            sum / now.len().max(1) as f64
-        })
+    /// Number of samples.
+    pub fn samples(&self) -> u64 {
+        self.ladder.samples()
+    }
+
+    /// What each lag counts in the slope, from lag zero to the last of the fit.
+    fn slope(&self, last: usize) -> Vec<f64> {
+        let lag = |k: usize| self.ladder.position(k);
+        let fitted = || (0..=last).map(lag).filter(|lag| self.fit.contains(lag));
+        let count = fitted().count() as f64;
+        let middle = fitted().map(|lag| lag as f64).sum::<f64>() / count;
+        let square: f64 = fitted().map(|lag| (lag as f64 - middle).powi(2)).sum();
+        let weight = |lag: u64| {
+            if self.fit.contains(&lag) {
+                (lag as f64 - middle) / (square * self.interval)
+            } else {
+                0.0
+            }
+        };
+        (0..=last).map(|k| weight(lag(k))).collect()
     }
 }
 
@@ -117,57 +144,65 @@ impl Estimator for MeanSquareDisplacement {
     type Estimate = Result<Diffusion, AnalysisError>;
 
     fn push(&mut self, positions: Vec<DVec3>) {
-        let expected = self.history.front().map_or(positions.len(), Vec::len);
+        let expected = if self.ladder.samples() == 0 {
+            positions.len()
+        } else {
+            self.components.len() / 3
+        };
         if positions.len() != expected || expected == 0 {
             self.misfit.get_or_insert(AnalysisError::Length {
-                sample: self.samples,
+                sample: self.ladder.samples(),
                 found: positions.len(),
                 expected: expected.max(1),
             });
-        } else if self.history.len() == self.lags {
-            let squares: Vec<DVec3> = self.squares(&positions).collect();
-            let totals: Vec<f64> = squares.iter().map(|s| s.element_sum()).collect();
-            self.displacement.take(&totals);
-            let slope: DVec3 = squares
-                .iter()
-                .zip(&self.weights)
-                .map(|(&s, &w)| w * s)
-                .sum();
-            let coefficients = [
-                slope.element_sum() / 6.0,
-                slope.x / 2.0,
-                slope.y / 2.0,
-                slope.z / 2.0,
-            ];
-            for (average, coefficient) in self.slopes.iter_mut().zip(coefficients) {
-                average.push(coefficient);
-            }
-            self.history.pop_front();
-            self.history.push_back(positions);
-        } else {
-            self.history.push_back(positions);
+            return;
         }
-        self.samples += 1;
+        self.components.clear();
+        let components = positions.iter().flat_map(|r| r.to_array());
+        self.components.extend(components);
+        self.ladder.push(&self.components);
     }
 
     fn estimate(&self) -> Self::Estimate {
         if let Some(misfit) = &self.misfit {
             return Err(misfit.clone());
         }
-        let needed = self.lags as u64 + 2;
-        if self.samples < needed {
+        let lags = self.ladder.lags()?;
+        let beyond = self.ladder.lag_from(*self.fit.end() as f64)?;
+        let last = beyond - usize::from(self.ladder.position(beyond) > *self.fit.end());
+        let slope = self.slope(last);
+        let each = 3.0 / self.components.len() as f64;
+        let of = |squares: &[[f64; 3]]| {
+            let mut along = DVec3::ZERO;
+            for (&weight, &square) in slope.iter().zip(squares) {
+                along += weight * DVec3::from_array(square);
+            }
+            let mut found = vec![
+                along.element_sum() / 6.0,
+                along.x / 2.0,
+                along.y / 2.0,
+                along.z / 2.0,
+            ];
+            found.extend(squares.iter().map(|square| square.iter().sum::<f64>()));
+            found
+        };
+        let uses = |i: usize| if i < 4 { last + 1 } else { i - 3 };
+        let found = self.ladder.estimate(lags, of, uses);
+        let found: Vec<Mean> = found.into_iter().map(|mean| mean.times(each)).collect();
+        let [total, x, y, z, _, squares @ ..] = &found[..] else {
             return Err(AnalysisError::TooFew {
                 what: "samples",
-                found: self.samples,
-                needed,
+                found: self.samples(),
+                needed: 2,
             });
-        }
-        let [total, x, y, z] = &self.slopes;
+        };
         Ok(Diffusion {
-            times: (1..=self.lags).map(|k| k as f64 * self.interval).collect(),
-            displacement: self.displacement.estimate()?,
-            coefficient: total.estimate()?,
-            axes: [x.estimate()?, y.estimate()?, z.estimate()?],
+            times: (1..lags)
+                .map(|k| self.ladder.position(k) as f64 * self.interval)
+                .collect(),
+            displacement: squares.to_vec(),
+            coefficient: *total,
+            axes: [*x, *y, *z],
         })
     }
 }
@@ -220,7 +255,7 @@ mod tests {
             .counting_images();
         let (mut system, mut random) = (system(cell, particles), Random::new(61));
         let width = DVec3::from_array((2.0 * interval * diffusion).to_array().map(f64::sqrt));
-        let mut displacement = MeanSquareDisplacement::new(interval, 8, 1..=8).unwrap();
+        let mut displacement = MeanSquareDisplacement::new(interval, 1..=8).unwrap();
         for _ in 0..4000 {
             step(&mut system, || width * random.normal3());
             displacement.push(Unwrapped.measure(&system.frame(), &()).unwrap());
@@ -260,15 +295,19 @@ mod tests {
 
     #[test]
     fn extreme_bad_fits_and_samples_are_errors() {
-        for (first, last) in [(0, 2), (2, 2), (3, 2), (2, 5)] {
+        for (first, last) in [(0, 2), (2, 2), (3, 2), (17, 19), (33, 39)] {
             let fit = first..=last;
-            assert!(MeanSquareDisplacement::new(0.1, 4, fit).is_err());
+            assert!(MeanSquareDisplacement::new(0.1, fit).is_err());
         }
-        assert!(MeanSquareDisplacement::new(0.0, 4, 1..=4).is_err());
-        let fresh = MeanSquareDisplacement::new(0.1, 2, 1..=2).unwrap();
+        for (first, last) in [(15, 16), (16, 18), (17, 20), (32, 36), (1000, 2000)] {
+            let fit = first..=last;
+            assert!(MeanSquareDisplacement::new(0.1, fit).is_ok());
+        }
+        assert!(MeanSquareDisplacement::new(0.0, 1..=4).is_err());
+        let fresh = MeanSquareDisplacement::new(0.1, 1..=2).unwrap();
         let mut short = fresh.clone();
-        for found in 0..4 {
-            let (what, needed) = ("samples", 4);
+        for found in 0..8 {
+            let (what, needed) = ("samples", if found < 2 { 2 } else { 8 });
             assert_eq!(
                 short.estimate(),
                 Err(AnalysisError::TooFew {
@@ -284,7 +323,7 @@ mod tests {
         assert!(matches!(
             short.estimate(),
             Err(AnalysisError::Length {
-                sample: 4,
+                sample: 8,
                 found: 2,
                 expected: 1
             })
@@ -296,7 +335,7 @@ mod tests {
             Err(AnalysisError::Length { sample: 0, .. })
         ));
         let mut wild = fresh;
-        (0..6).for_each(|k| wild.push(vec![DVec3::X / (3 - k) as f64]));
+        (0..9).for_each(|k| wild.push(vec![DVec3::X / (3 - k) as f64]));
         assert!(matches!(
             wild.estimate(),
             Err(AnalysisError::NotFinite { .. })

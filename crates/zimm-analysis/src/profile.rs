@@ -21,9 +21,9 @@ use zimm_core::{DVec3, Estimator, Frame, Observable, ParameterError, Periodic};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Profile {
-    axis: DVec3,
-    period: f64,
-    bins: usize,
+    pub(crate) axis: DVec3,
+    pub(crate) period: f64,
+    pub(crate) bins: usize,
 }
 
 /// What one layer holds at one moment.
@@ -62,6 +62,13 @@ impl Profile {
         (0..bins).map(move |k| ((k as f64 + 0.5) / bins as f64 - 0.5) * period)
     }
 
+    /// The layer that holds a position, in whatever image.
+    pub(crate) fn layer(&self, r: DVec3) -> usize {
+        let periods = self.axis.dot(r) / self.period + 0.5;
+        let layer = (periods - periods.floor()) * self.bins as f64;
+        (layer as usize).min(self.bins - 1)
+    }
+
     fn check<B: Periodic>(&self, boundary: &B) -> Result<(), AnalysisError> {
         const WHOLE: f64 = 1e-6;
         let basis = boundary.lattice().basis();
@@ -93,9 +100,7 @@ impl<B: Periodic, T> Observable<B, T> for Profile {
         };
         let mut layers = vec![empty; self.bins];
         for (place, (&r, &c)) in frame.positions.iter().zip(frame.velocities).enumerate() {
-            let periods = self.axis.dot(r) / self.period + 0.5;
-            let bin = (periods - periods.floor()) * self.bins as f64;
-            if let Some(layer) = layers.get_mut((bin as usize).min(self.bins - 1)) {
+            if let Some(layer) = layers.get_mut(self.layer(r)) {
                 let mass = frame.mass(place);
                 layer.particles += 1;
                 layer.mass += mass;

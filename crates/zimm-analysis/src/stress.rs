@@ -101,11 +101,7 @@ impl StressBudget {
 
     /// The budget with one item left out, for what the rest adds up to.
     pub fn without(mut self, item: Item) -> Self {
-        let heard = self.virial.item(item);
-        let columns = [heard.x_axis, heard.y_axis, heard.z_axis];
-        for (column, axis) in columns.into_iter().zip(DVec3::AXES) {
-            self.virial.hear(item, DVec3::ZERO, column, -axis, &|| 0.0);
-        }
+        self.virial = without(self.virial, item);
         self
     }
 
@@ -143,6 +139,16 @@ impl StressBudget {
     pub fn kramers(&self, springs: usize, kt: f64) -> DMat3 {
         self.item(Item::Spring) - DMat3::IDENTITY * (springs as f64 * kt / self.volume)
     }
+}
+
+/// A virial that has not heard of one item.
+pub(crate) fn without(mut virial: Virial, item: Item) -> Virial {
+    let heard = virial.item(item);
+    let columns = [heard.x_axis, heard.y_axis, heard.z_axis];
+    for (column, axis) in columns.into_iter().zip(DVec3::AXES) {
+        virial.hear(item, DVec3::ZERO, column, -axis, &|| 0.0);
+    }
+    virial
 }
 
 /// What shear along x with the gradient along y shows of a stress: sigma_xy, sigma_xx - sigma_yy, sigma_yy - sigma_zz.
