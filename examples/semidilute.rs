@@ -12,7 +12,8 @@
 //! solvent, by Rotne-Prager-Yamakawa mobilities summed over all images of the deforming cell on a mesh, and so does the
 //! noise. Units are kT, l_H = sqrt(kT / H) and lambda_H = zeta / 4H.
 //!
-//! An interrupted run goes on with `--resume`, to the same bits. The picture shows Hounkonnou's viscosity and the mean
+//! An interrupted run goes on with `--resume`, to the same bits. `--trajectory FILE.xyz` writes the chains at every
+//! sample, for OVITO, ASE and [`XyzReader`]. The picture shows Hounkonnou's viscosity and the mean
 //! square end-to-end distance against strain, and the chains as they are at the end, in the plane of the flow.
 
 use clap::Parser;
@@ -20,7 +21,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use plotters::prelude::*;
 use std::error::Error;
 use std::f64::consts::PI;
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use zimm::prelude::*;
 
@@ -75,6 +77,9 @@ struct Options {
     /// Goes on from the checkpoint.
     #[arg(long)]
     resume: bool,
+    /// Extended XYZ file for the chains at every sample.
+    #[arg(long)]
+    trajectory: Option<PathBuf>,
 }
 
 /// One moment: strain, viscosity, mean square end-to-end distance.
@@ -101,6 +106,11 @@ fn main() -> Result<(), Problem> {
         (at_rest(&options, space, &chains, &spring)?, Vec::new())
     };
 
+    let mut trajectory = match &options.trajectory {
+        Some(path) => Some(trajectory(path, &chains, system.clock.now().step)?),
+        None => None,
+    };
+
     let strain = if options.quick { 2.0 } else { options.strain };
     let last = (strain / options.rate / options.dt).ceil() as u64;
     let between = last.div_ceil(SAMPLES);
@@ -123,6 +133,11 @@ fn main() -> Result<(), Problem> {
             let square = ends.iter().map(|r| r.length_squared()).sum::<f64>() / ends.len() as f64;
             samples.push([options.rate * frame.now.time, viscosity, square]);
             bar.set_message(format!("eta {viscosity:.2}, R_e^2 {square:.1}"));
+            if let Some((writer, written)) = &mut trajectory
+                && step > *written
+            {
+                writer.write(&frame)?;
+            }
         }
         if step.is_multiple_of(STEPS_PER_CHECKPOINT) || step == last {
             write(&table, &samples)?;
@@ -182,6 +197,25 @@ fn at_rest(
         particles,
         Clock::new(options.dt, KT, options.seed)?,
     ))
+}
+
+/// A trajectory, and the last step that it has. A run that goes on makes the same frames again from its checkpoint up to
+/// where it was interrupted; these are not written twice.
+fn trajectory(
+    path: &Path,
+    chains: &Molecules,
+    step: u64,
+) -> Result<(XyzWriter<File>, u64), Problem> {
+    let mut written = 0;
+    let file = if step > 0 && path.exists() {
+        for snapshot in XyzReader::new(BufReader::new(File::open(path)?)) {
+            written = snapshot?.now.step;
+        }
+        File::options().append(true).open(path)?
+    } else {
+        File::create(path)?
+    };
+    Ok((XyzWriter::new(file).with_molecules([*chains]), written))
 }
 
 /// sigma : A / (A : A), A = kappa + kappa^T.

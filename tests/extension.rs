@@ -195,7 +195,7 @@ fn law_diffusion_relative_to_the_flow_is_that_at_rest() {
         let mut stepper = GrootWarren::new(0.65).unwrap();
         run(&mut stepper, &mut system, &mut field, 250);
         let mut displacement = NonAffine::default();
-        let mut diffusion = MeanSquareDisplacement::new(5.0 * DT, 20, 10..=20).unwrap();
+        let mut diffusion = MeanSquareDisplacement::new(5.0 * DT, 10..=20).unwrap();
         for _ in 0..800 {
             run(&mut stepper, &mut system, &mut field, 5);
             diffusion.push(displacement.measure(&system.frame(), &()).unwrap());

@@ -66,7 +66,7 @@ impl Run {
 
         let mut g = RadialDistribution::new(1.0, 40, VerletList::new(0.2).unwrap()).unwrap();
         let mut structure = BlockAverages::new(40);
-        let mut diffusion = MeanSquareDisplacement::new(0.8, 15, 5..=15).unwrap();
+        let mut diffusion = MeanSquareDisplacement::new(0.8, 5..=15).unwrap();
         let mut averages: [BlockAverage; 6] = Default::default();
         let interval = (0.2 / self.dt).round() as u32;
         for sample in 0..(self.time / 0.2) as u32 {

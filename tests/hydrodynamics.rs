@@ -162,7 +162,7 @@ where
     fn diffuse(&mut self, [looks, between]: [u64; 2], fit: [usize; 2]) -> [f64; 3] {
         let interval = self.system.clock.now().dt * between as f64;
         let mut displacement = Displacement::new(self.chains);
-        let mut squares = MeanSquareDisplacement::new(interval, fit[1], fit[0]..=fit[1]).unwrap();
+        let mut squares = MeanSquareDisplacement::new(interval, fit[0]..=fit[1]).unwrap();
         let mut sizes = [0.0; 2];
         for _ in 0..looks {
             self.run(between, &mut ());

@@ -84,7 +84,7 @@ impl Run {
             ConfigurationalTemperature::new(1.0, list(), |r| [-a * (1.0 - r), a]).unwrap();
         let interval = (0.2 / self.dt).round() as u32;
         let lag = 4.0 * f64::from(interval) * self.dt;
-        let mut diffusion = MeanSquareDisplacement::new(lag, 15, 5..=15).unwrap();
+        let mut diffusion = MeanSquareDisplacement::new(lag, 5..=15).unwrap();
         let mut averages: [BlockAverage; 4] = Default::default();
         let mut configurational = RatioAverage::new();
         let mut viscometers = [Viscometer::new(rate), Viscometer::new(rate)];

@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example rheometer                        shear, about 70 seconds on two cores
 //! cargo run --release --example rheometer -- --flow extension    or mixed (with --mixedness), or uniaxial
+//! cargo run --release --example rheometer -- --chain 20 --spring-repulsion exponential --gamma-la 5
 //! cargo run --release --example rheometer -- --help              all options
 //! ```
 //!
@@ -13,6 +14,10 @@
 //! Groot and Warren's (1 - r)^2. Every fourth bead belongs to a dumbbell, held by a FENE spring of extensibility
 //! b = H Q_0^2 / kT = 50 and limit Q_0 = 6. After Clarke (PhD thesis, MIT 2008, chapter 4).
 //!
+//! With `--chain N` the same share of the beads belongs to chains of N beads. `--spring-repulsion` keeps their springs
+//! from passing through each other, and `--gamma-la` takes Lowe-Andersen dynamics of that rate instead of friction and
+//! noise: chains as in Clarke's chapter 5, of which the example `semidilute_dpd` is a closer study.
+//!
 //! Units are those of DPD: length r_c, mass m of a bead, energy kT, hence time tau = r_c (m / kT)^(1/2).
 //!
 //! # What the columns mean
@@ -22,14 +27,16 @@
 //! * `De`: Deborah number, lambda_H rate with lambda_H = zeta / 4H. The friction zeta of a bead is not put in, it is
 //!   found: Kramers' and Giesekus' expressions for the stress of dumbbells agree if, in shear, zeta = 4 <F_x Q_y> /
 //!   (rate <Q_y^2>), with F the tension between the beads, spring less repulsion. All rates together give one zeta.
+//!   For chains lambda_1 = zeta / (8 H sin^2(pi / 2N)) takes the place of lambda_H, and twice the sum of R R over beads,
+//!   R from their centre, that of Q Q: the same for two beads.
 //! * `eta`, `Psi_1`: viscosity and (sigma_xx - sigma_yy) / rate^2 of the whole solution, from the stress of all forces
 //!   and of the beads' motion; tension is positive. The viscosity is sigma_xy / rate in shear, eta_1 =
 //!   (sigma_xx - sigma_yy) / rate in planar extension, Trouton's (sigma_xx - (sigma_yy + sigma_zz) / 2) / rate in
 //!   uniaxial extension and Hounkonnou's in mixed flow, sigma : A / (A : A) with A = kappa + kappa^T.
 //! * `eta_p*`, `Psi_1p*`: the dumbbells' share by Kramers' expression, over n kT lambda_H and n kT lambda_H^2, with n
 //!   their number density.
-//! * `<Q^2>/Q_0^2`: mean square length of the dumbbells. At rest it is 3 / (b + 5) = 0.0545 for beads that do not repel
-//!   each other, and 3 % more for these.
+//! * `<Q^2>/Q_0^2`: mean square length of the dumbbells; of chains `<R_e^2>/L^2`, from end to end over the contour length.
+//!   At rest <Q^2>/Q_0^2 is 3 / (b + 5) = 0.0545 for beads that do not repel each other, and 3 % more for these.
 //! * `T`: kinetic temperature of the peculiar velocities, of 3N - 3 degrees of freedom. The time step makes it half a
 //!   per cent low, and viscous heating raises it as the square of the rate.
 //! * `theory`: dilute dumbbells of the same b at the same De, whose beads do not interact; in shear from the

@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::dpd::Solute;
 use crate::flow::Flow;
 use crate::{bd, dpd};
 use clap::error::ErrorKind;
@@ -27,6 +28,10 @@ pub(crate) struct Options {
     #[arg(long, value_name = "RATE,..", value_delimiter = ',', value_parser = rate)]
     #[arg(allow_negative_numbers = true)]
     pub(crate) rates: Vec<f64>,
+
+    /// The molecules of --method dpd.
+    #[command(flatten)]
+    pub(crate) solute: Solute,
 
     /// The molecules of --method bd.
     #[command(flatten)]
@@ -65,7 +70,7 @@ pub(crate) struct Options {
 /// How a solution is simulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Method {
-    /// Dissipative particle dynamics: FENE dumbbells among particles of solvent.
+    /// Dissipative particle dynamics: FENE dumbbells or chains among particles of solvent.
     Dpd,
     /// Brownian dynamics: isolated bead-spring chains.
     Bd,
@@ -170,9 +175,10 @@ impl Options {
 
     /// What files of one rate are called.
     pub(crate) fn name_of_run(&self, rate: f64) -> String {
+        let solute = self.solute.name();
         match self.flow {
-            Flow::Mixed => format!("mixed-{}-{rate}", self.mixedness),
-            flow => format!("{}-{rate}", flow.name()),
+            Flow::Mixed => format!("{solute}mixed-{}-{rate}", self.mixedness),
+            flow => format!("{solute}{}-{rate}", flow.name()),
         }
     }
 
@@ -298,6 +304,16 @@ mod tests {
         assert_eq!((options.threads, options.seed), (Some(2), 7));
     }
 
+    /// Checkpoints of one solution are not found by a run of another.
+    #[test]
+    fn law_runs_of_different_solutions_have_different_names() {
+        let name = |words| parse(words).unwrap().name_of_run(0.1);
+        assert_eq!(name(""), "shear-0.1");
+        let all = "--chain 20 --spring-repulsion exponential --gamma-la 5";
+        assert_eq!(name(all), "chain-20-exponential-la-5-shear-0.1");
+        assert_eq!(name("--spring-repulsion linear"), "linear-shear-0.1");
+    }
+
     #[test]
     fn extreme_bad_arguments_get_one_sentence_that_names_them() {
         for words in [
@@ -317,6 +333,12 @@ mod tests {
             "--mixedness NaN",
             "--flow sideways",
             "--method md",
+            "--chain 1",
+            "--chain 1000",
+            "--spring-repulsion hard",
+            "--gamma-la 0",
+            "--gamma-la -5",
+            "--gamma-la 1000",
             "--method bd --beads 1",
             "--method bd --beads 2.5",
             "--method bd --spring rope",

@@ -1,6 +1,5 @@
 //! The files from which an interrupted run goes on.
 
-use super::Forces;
 use super::measure::Sample;
 use crate::Problem;
 use std::fs;
@@ -11,13 +10,14 @@ use zimm::prelude::*;
 const HEADER: &str = "step,seconds,temperature,\
     stress_xx,stress_yy,stress_zz,stress_xy,stress_xz,stress_yz,\
     tension_xx,tension_yy,tension_zz,tension_xy,tension_xz,tension_yz,\
-    stretch_xx,stretch_yy,stretch_zz,stretch_xy,stretch_xz,stretch_yz";
+    stretch_xx,stretch_yy,stretch_zz,stretch_xy,stretch_xz,stretch_yz,\
+    ends_xx,ends_yy,ends_zz,ends_xy,ends_xz,ends_yz";
 
 impl Sample {
     /// Every bit of a sample in one line.
     fn line(&self) -> String {
         let mut numbers = vec![self.seconds, self.temperature];
-        for m in [self.stress, self.tension, self.stretch] {
+        for m in [self.stress, self.tension, self.stretch, self.ends] {
             numbers.extend([
                 m.x_axis.x, m.y_axis.y, m.z_axis.z, m.y_axis.x, m.z_axis.x, m.z_axis.y,
             ]);
@@ -34,7 +34,7 @@ impl Sample {
             .collect::<Result<_, _>>()
             .ok()?;
         let (&[seconds, temperature], tensors) = numbers.split_first_chunk()?;
-        let [stress, tension, stretch] = tensors.as_chunks::<6>().0 else {
+        let [stress, tension, stretch, ends] = tensors.as_chunks::<6>().0 else {
             return None;
         };
         let symmetric = |&[xx, yy, zz, xy, xz, yz]: &[f64; 6]| {
@@ -51,6 +51,7 @@ impl Sample {
             stress: symmetric(stress),
             tension: symmetric(tension),
             stretch: symmetric(stretch),
+            ends: symmetric(ends),
         })
     }
 }
@@ -88,7 +89,7 @@ impl Kept {
     pub(crate) fn save<B: Periodic>(
         &self,
         fluid: &System<B>,
-        forces: &mut Forces,
+        forces: &mut impl ForceField<B>,
         samples: &[Sample],
     ) -> Result<(), Problem> {
         let lines = samples.iter().map(Sample::line);
@@ -166,6 +167,7 @@ mod tests {
                 stress: tensor(step as f64),
                 tension: tensor(step as f64 + 0.5),
                 stretch: tensor(step as f64 + 0.7),
+                ends: tensor(step as f64 + 0.9),
             })
             .collect();
         let path =

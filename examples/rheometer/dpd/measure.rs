@@ -1,6 +1,6 @@
 //! What is read off one frame.
 
-use super::{Forces, REPULSION};
+use super::solute::spring;
 use zimm::prelude::*;
 
 /// One measurement.
@@ -14,53 +14,67 @@ pub(crate) struct Sample {
     pub(crate) temperature: f64,
     /// Stress of the solution.
     pub(crate) stress: DMat3,
-    /// Mean over dumbbells of Q F.
+    /// Mean over molecules of the sum of Q F, with Q the connectors and F the tensions of their springs.
+    /// The bare repulsion between two beads is left out: the solvent all but cancels it.
     pub(crate) tension: DMat3,
-    /// Mean over dumbbells of Q Q.
+    /// Mean over molecules of twice the sum of R R over their beads, from their centre: Q Q of dumbbells.
     pub(crate) stretch: DMat3,
+    /// Mean over molecules of R_e R_e, with R_e from end to end.
+    pub(crate) ends: DMat3,
 }
 
-/// The dumbbells as an observable: means of Q F and Q Q, with Q the connector and F the tension in it, spring less
-/// repulsion.
-pub(crate) struct Dumbbells {
-    bonded: Bonded<Fene>,
-    repulsion: DpdConservative,
+/// The molecules as an observable: the three tensors of a [`Sample`] that are theirs.
+pub(crate) struct Chains {
+    molecules: Molecules,
+    spring: Fene,
 }
 
-impl Dumbbells {
-    /// The dumbbells that these forces join.
-    pub(crate) fn new((_, bonded): &Forces) -> Result<Self, ParameterError> {
+impl Chains {
+    pub(crate) fn new(molecules: Molecules) -> Result<Self, ParameterError> {
         Ok(Self {
-            bonded: bonded.clone(),
-            repulsion: DpdConservative::new(REPULSION, 1.0)?,
+            molecules,
+            spring: spring()?,
         })
     }
 }
 
-impl<B: Boundary, T> Observable<B, T> for Dumbbells {
-    type Output = [DMat3; 2];
+impl<B: Boundary, T> Observable<B, T> for Chains {
+    type Output = [DMat3; 3];
 
-    fn measure(&mut self, frame: &Frame<'_, B>, _: &T) -> [DMat3; 2] {
+    fn measure(&mut self, frame: &Frame<'_, B>, _: &T) -> [DMat3; 3] {
         let position = |identity| frame.place(identity).map(|place| frame.positions[place]);
-        let (mut tension, mut stretch, mut count) = (DMat3::ZERO, DMat3::ZERO, 0.0);
-        for &[i, j] in self.bonded.bonds() {
-            let (Some(first), Some(second)) = (position(i), position(j)) else {
-                continue;
-            };
-            let q = frame.boundary.min_image(first - second);
-            let r2 = q.length_squared();
-            let pair = Pair {
-                r2,
-                ..Pair::default()
-            };
-            let force =
-                self.bonded.spring().force(r2) + self.repulsion.force(&pair, &frame.now).total();
-            let qq = DMat3::from_cols(q.x * q, q.y * q, q.z * q);
-            tension -= force * qq;
-            stretch += qq;
-            count += 1.0;
+        let (mut tension, mut stretch, mut ends) = (DMat3::ZERO, DMat3::ZERO, DMat3::ZERO);
+        let square = |q: DVec3| DMat3::from_cols(q.x * q, q.y * q, q.z * q);
+        let mut connectors = Vec::new();
+        for beads in self.molecules.iter() {
+            connectors.clear();
+            for i in beads.start + 1..beads.end {
+                let (Some(first), Some(second)) = (position(i - 1), position(i)) else {
+                    continue;
+                };
+                let q = frame.boundary.min_image(first - second);
+                tension -= self.spring.force(q.length_squared()) * square(q);
+                connectors.push(q);
+            }
+            // The sum over beads, from their centre, is that over pairs of beads over their number (Lagrange).
+            for first in 0..connectors.len() {
+                let mut between = DVec3::ZERO;
+                for &connector in &connectors[first..] {
+                    between += connector;
+                    stretch += square(between);
+                }
+                if first == 0 {
+                    ends += square(between);
+                }
+            }
         }
-        [tension * (1.0 / count), stretch * (1.0 / count)]
+        let count = f64::from(self.molecules.count());
+        let per_pair = 2.0 / f64::from(self.molecules.beads()) / count;
+        [
+            tension * (1.0 / count),
+            stretch * per_pair,
+            ends * (1.0 / count),
+        ]
     }
 }
 
@@ -69,11 +83,11 @@ impl<B: Boundary, T> Observable<B, T> for Dumbbells {
 pub(crate) fn measure<B: Periodic>(
     frame: &Frame<'_, B>,
     virial: &Virial,
-    dumbbells: &mut Dumbbells,
+    chains: &mut Chains,
     seconds: f64,
 ) -> Result<Sample, AnalysisError> {
     let stress = Stress.measure(frame, virial);
-    let [tension, stretch] = dumbbells.measure(frame, virial);
+    let [tension, stretch, ends] = chains.measure(frame, virial);
     Ok(Sample {
         step: frame.now.step,
         seconds,
@@ -81,6 +95,7 @@ pub(crate) fn measure<B: Periodic>(
         stress: symmetric(stress.total() - stress.item(Item::Random)),
         tension,
         stretch,
+        ends,
     })
 }
 

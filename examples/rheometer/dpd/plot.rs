@@ -5,24 +5,41 @@ use super::reference::{self, Dumbbell, EXTENSION_AT_REST};
 use super::report::Row;
 use crate::Problem;
 use crate::flow::Flow;
+use crate::options::Options;
 use crate::panel::{INK, POLYMER, Panel, Points, SOLUTION, Series, spread};
 use plotters::prelude::*;
 use std::path::Path;
 use zimm::prelude::*;
 
 const SIZE: (u32, u32) = (1000, 780);
-const DE: &str = "De = λ_H × rate";
 const THEORY: &str = "theory: no interaction between beads";
 
 /// Draws viscosity, normal stress, extension and temperature, with error bars and theory. `modulus` is n kT of the
-/// dumbbells.
-pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Result<(), Problem> {
+/// molecules.
+pub(crate) fn draw(
+    path: &Path,
+    options: &Options,
+    rows: &[Row],
+    modulus: f64,
+) -> Result<(), Problem> {
+    let (flow, solute) = (options.flow, options.solute);
+    let dumbbells = solute.chain == 2;
+    let either = |of_dumbbells, of_chains| if dumbbells { of_dumbbells } else { of_chains };
+    let abscissa = either("De = λ_H × rate", "De = λ_1 × rate");
+    let molecules = if dumbbells {
+        "dumbbells".to_string()
+    } else {
+        format!("chains of {} beads", solute.chain)
+    };
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let (heading, body) = root.split_vertically(44);
     let style = TextStyle::from(("sans-serif", 22)).color(&INK);
     heading.draw_text(
-        &format!("FENE dumbbells (b = 50) in a DPD solvent, {}", flow.title()),
+        &format!(
+            "FENE {molecules} (b = 50) in a DPD solvent, {}",
+            flow.title()
+        ),
         &style,
         (24, 14),
     )?;
@@ -39,12 +56,13 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
         let at =
             |k: u32| deborahs.start * (deborahs.end / deborahs.start).powf(f64::from(k) / 60.0);
         (0..=60)
+            .filter(|_| dumbbells)
             .filter_map(|k| Some((at(k), part(&reference::dumbbell(flow, at(k))?))))
             .collect()
     };
 
     Panel {
-        abscissa: DE,
+        abscissa,
         title: "Viscosity",
         series: &[
             Series::new(
@@ -53,7 +71,7 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
                 along(|row| row.viscosity),
             ),
             Series::new(
-                "polymer: η_p / n kT λ_H",
+                either("polymer: η_p / n kT λ_H", "polymer: η_p / n kT λ_1"),
                 POLYMER,
                 along(|row| row.polymer_viscosity),
             ),
@@ -69,8 +87,11 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
     }
     .draw_logarithmic(&panels[0], &deborahs)?;
     Panel {
-        abscissa: DE,
-        title: "Ψ₁ = (σ_xx - σ_yy) / rate², over n kT λ_H²",
+        abscissa,
+        title: either(
+            "Ψ₁ = (σ_xx - σ_yy) / rate², over n kT λ_H²",
+            "Ψ₁ = (σ_xx - σ_yy) / rate², over n kT λ_1²",
+        ),
         series: &[
             Series::new(
                 "solution",
@@ -92,11 +113,17 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
     }
     .draw_logarithmic(&panels[1], &deborahs)?;
     Panel {
-        abscissa: DE,
-        title: "Extension of the dumbbells, <Q²> / Q₀²",
+        abscissa,
+        title: either(
+            "Extension of the dumbbells, <Q²> / Q₀²",
+            "Extension of the chains, <R_e²> / L²",
+        ),
         series: &[Series::new("polymer", POLYMER, along(|row| row.extension))],
         theory: (THEORY, curve(|t| t.extension)),
-        level: Some(("at rest: 3 / (b + 5)", EXTENSION_AT_REST)),
+        level: Some((
+            either("at rest: 3 / (b + 5)", "at rest: 3 / (b + 5)(N - 1)"),
+            EXTENSION_AT_REST / solute.springs(),
+        )),
         legend: SeriesLabelPosition::UpperLeft,
         room: [1.2, 1.5],
     }
@@ -108,7 +135,7 @@ pub(crate) fn draw(path: &Path, flow: Flow, rows: &[Row], modulus: f64) -> Resul
         .map(|(_, mean)| (mean.value - KT).abs() + mean.at_least());
     let off = 1.2 * ends.fold(0.02, f64::max);
     Panel {
-        abscissa: DE,
+        abscissa,
         title: "Kinetic temperature, kT",
         series: &[temperature],
         theory: (THEORY, Vec::new()),

@@ -1,6 +1,7 @@
 //! What the run has found: table, CSV, JSON.
 
 use super::reference;
+use super::solute::Solute;
 use crate::flow::Flow;
 use crate::text::{Record, aligned};
 use serde_json::json;
@@ -13,7 +14,9 @@ pub(crate) struct Row {
     pub(crate) flow: Flow,
     /// Its rate.
     pub(crate) rate: f64,
-    /// Deborah number, lambda_H times the rate, with the bead friction of all rates together.
+    /// What flows.
+    pub(crate) solute: Solute,
+    /// Deborah number, the longest relaxation time of Rouse's theory times the rate, with the bead friction of all rates together.
     pub(crate) deborah: f64,
     /// Standard error of the Deborah number.
     pub(crate) deborah_error: f64,
@@ -21,11 +24,11 @@ pub(crate) struct Row {
     pub(crate) viscosity: Mean,
     /// First normal stress coefficient of the solution.
     pub(crate) psi1: Mean,
-    /// Polymer viscosity over n kT lambda_H.
+    /// Polymer viscosity over n kT times the relaxation time.
     pub(crate) polymer_viscosity: Mean,
-    /// First normal stress coefficient of the polymer over n kT lambda_H^2.
+    /// First normal stress coefficient of the polymer over n kT times its square.
     pub(crate) polymer_psi1: Mean,
-    /// <Q^2> / Q_0^2.
+    /// <R_e^2> over the square of the contour length.
     pub(crate) extension: Mean,
     /// Kinetic temperature.
     pub(crate) temperature: Mean,
@@ -36,6 +39,14 @@ pub(crate) struct Row {
 }
 
 impl Row {
+    /// What theory says, of dumbbells only.
+    fn theory(&self) -> Option<reference::Dumbbell> {
+        let known = self.solute.chain == 2;
+        known
+            .then(|| reference::dumbbell(self.flow, self.deborah))
+            .flatten()
+    }
+
     fn means(&self) -> [(&'static str, Mean); 7] {
         [
             ("viscosity", self.viscosity),
@@ -50,7 +61,7 @@ impl Row {
 
     /// Every number under its name. Errors are standard errors; those of `unsettled` quantities are lower bounds.
     pub(crate) fn record(&self) -> Record {
-        let theory = reference::dumbbell(self.flow, self.deborah);
+        let theory = self.theory();
         let mut record = vec![
             ("method".into(), json!("dpd")),
             ("flow".into(), json!(self.flow.name())),
@@ -85,16 +96,22 @@ impl Row {
 }
 
 /// The table and how to read it.
-pub(crate) fn summary(rows: &[Row], friction: Mean, relaxation: Mean) -> String {
+pub(crate) fn summary(rows: &[Row], solute: Solute, friction: Mean, relaxation: Mean) -> String {
+    let (time, theory) = match solute.chain {
+        2 => {
+            let source = rows.first().map_or("", |row| reference::source(row.flow));
+            let theory = format!("theory: beads that do not interact, {source}\n");
+            ("lambda_H = zeta / 4H", theory)
+        }
+        _ => ("lambda_1 = zeta / (8H sin^2(pi / 2N))", String::new()),
+    };
     format!(
         "{table}
-bead friction zeta = {friction:#} m/tau, lambda_H = zeta / 4H = {relaxation:#} tau
+bead friction zeta = {friction:#} m/tau, {time} = {relaxation:#} tau
 (from Kramers = Giesekus at all rates together; De and the starred columns are in its units)
-theory: beads that do not interact, {source}
-errors: 0.912(12) is 0.912 +- 0.012; (>12): the run is too short, the error may be larger
+{theory}errors: 0.912(12) is 0.912 +- 0.012; (>12): the run is too short, the error may be larger
 ",
         table = table(rows),
-        source = rows.first().map_or("", |row| reference::source(row.flow)),
     )
 }
 
@@ -108,7 +125,11 @@ fn table(rows: &[Row]) -> String {
         "theory",
         "Psi_1p*",
         "theory",
-        "<Q^2>/Q_0^2",
+        if rows.iter().all(|row| row.solute.chain == 2) {
+            "<Q^2>/Q_0^2"
+        } else {
+            "<R_e^2>/L^2"
+        },
         "theory",
         "T",
     ];
@@ -127,7 +148,7 @@ fn table(rows: &[Row]) -> String {
     ];
     let mut cells = vec![names.map(String::from), units.map(String::from)];
     for row in rows {
-        let theory = reference::dumbbell(row.flow, row.deborah);
+        let theory = row.theory();
         let theory = |part: fn(&reference::Dumbbell) -> f64, digits| {
             theory
                 .as_ref()
@@ -153,6 +174,7 @@ fn table(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Options;
     use crate::text::{csv, json_line};
     use serde_json::Value;
 
@@ -169,6 +191,7 @@ mod tests {
         Row {
             flow: Flow::Shear,
             rate: 0.1,
+            solute: Options::of_words("rheometer").solute,
             deborah: 0.2,
             deborah_error: 0.01,
             viscosity: mean,

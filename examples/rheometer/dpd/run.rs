@@ -2,6 +2,7 @@
 
 use super::measure::Sample;
 use super::report::Row;
+use super::solute::Solute;
 use super::{KT, LIMIT, transient};
 use crate::Problem;
 use crate::flow::Flow;
@@ -14,6 +15,8 @@ pub(crate) struct Run {
     pub(crate) flow: Flow,
     /// Its rate.
     pub(crate) rate: f64,
+    /// What flows.
+    pub(crate) solute: Solute,
     /// Its velocity gradient.
     pub(crate) gradient: DMat3,
     /// All samples, the transient's among them.
@@ -22,7 +25,7 @@ pub(crate) struct Run {
 
 impl Run {
     fn steady(&self) -> impl Iterator<Item = &Sample> {
-        let transient = transient(self.rate);
+        let transient = transient(self.rate, self.solute);
         self.samples
             .iter()
             .filter(move |sample| sample.step > transient)
@@ -62,25 +65,29 @@ impl Run {
         Ok(drag.estimate()?.deformation)
     }
 
-    /// The results, for dumbbells of this relaxation time lambda_H.
+    /// The results, for molecules of this longest relaxation time.
     pub(crate) fn row(&self, relaxation: Mean) -> Result<Row, Problem> {
         let [viscosity, psi1] = self.functions(|sample| sample.stress)?;
         let [polymer_viscosity, polymer_psi1] = self.functions(|sample| sample.tension)?;
         let lambda = relaxation.value;
         let squared_length = |sample: &Sample| {
-            let q = sample.stretch;
+            let q = sample.ends;
             q.x_axis.x + q.y_axis.y + q.z_axis.z
         };
+        let contour = self.solute.springs() * LIMIT;
         Ok(Row {
             flow: self.flow,
             rate: self.rate,
+            solute: self.solute,
             deborah: lambda * self.rate,
             deborah_error: relaxation.at_least() * self.rate,
             viscosity,
             psi1,
             polymer_viscosity: polymer_viscosity.times(1.0 / (KT * lambda)),
             polymer_psi1: polymer_psi1.times(1.0 / (KT * lambda * lambda)),
-            extension: self.average(squared_length)?.times(1.0 / (LIMIT * LIMIT)),
+            extension: self
+                .average(squared_length)?
+                .times(1.0 / (contour * contour)),
             temperature: self.average(|sample| sample.temperature)?,
             friction: self.friction()?,
             seconds: self.samples.last().map_or(0.0, |sample| sample.seconds),

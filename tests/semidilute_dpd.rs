@@ -1,0 +1,432 @@
+//! Chains of 20 beads in a solvent of dissipative particles, below and above their overlap concentration: after Clarke
+//! (PhD thesis, MIT 2008, chapter 5), with Lowe-Andersen dynamics and springs that repel each other.
+#![allow(clippy::unwrap_used)]
+
+mod scene;
+
+use scene::{pairs, run};
+use zimm::prelude::*;
+
+const DT: f64 = 0.02;
+const BEADS: u32 = 20;
+const DENSITY: f64 = 4.0;
+const REPULSION: f64 = 18.75;
+/// R_g at which the concentrations of the thesis, 10 % beads of chains at c / c* = 1, are what it calls them.
+const RADIUS: f64 = 2.285;
+/// 19 springs of Q_0 = 5.
+const CONTOUR: f64 = 95.0;
+/// Edge in the plane of an extension, and along z: images of springs stay 9.5 apart.
+const EXTENDING: [f64; 2] = [10.05, 9.5];
+/// Repulsion between beads of chains and of solvent.
+const THETA: f64 = REPULSION;
+const GOOD: f64 = 13.125;
+
+type Beads = Pairwise<DpdConservative<SpeciesMatrix<2>>, VerletList>;
+type Springs = SegmentRepulsion<KumarLarson, VerletList>;
+
+/// A solution: how much of the chains there is, and how beads of chains and of solvent repel each other.
+#[derive(Clone, Copy)]
+struct Solution {
+    concentration: f64,
+    unlike: f64,
+}
+
+impl Solution {
+    fn theta(concentration: f64) -> Self {
+        let unlike = THETA;
+        Self {
+            concentration,
+            unlike,
+        }
+    }
+
+    fn molecules(&self, lattice: &Lattice) -> Molecules {
+        let overlap = overlap_concentration(BEADS as usize, RADIUS).unwrap();
+        let beads = self.concentration * overlap * lattice.volume();
+        Molecules::linear(0, (beads / f64::from(BEADS)).round() as u32, BEADS).unwrap()
+    }
+
+    /// Soft beads and FENE springs of Q_0 = 5, b = 50, H = 2.
+    fn phantom(&self, molecules: &Molecules) -> (Beads, Bonded<Fene>) {
+        let repulsion = [[REPULSION, self.unlike], [self.unlike, REPULSION]];
+        let beads = DpdConservative::new(SpeciesMatrix::new(repulsion).unwrap(), 1.0).unwrap();
+        let spring = Fene::with_extensibility(50.0, 5.0, 1.0).unwrap();
+        (pairs(beads), Bonded::new(spring, molecules.bonds()))
+    }
+
+    /// The same, and springs that repel each other by the exponential law as it is printed.
+    fn field(&self, molecules: &Molecules) -> (Beads, Bonded<Fene>, Springs) {
+        let law = KumarLarson::new(100.0, 10.0, 1.0 / 3.0).unwrap();
+        let (beads, bonds) = self.phantom(molecules);
+        let springs = SegmentRepulsion::new(law, molecules.bonds(), scene_list());
+        (beads, bonds, springs)
+    }
+
+    /// Chains that are random walks in equilibrium, or pulled out straight along x to bonds of a length, in solvent.
+    fn start<B: Periodic>(&self, space: B, straight: Option<f64>, seed: u64) -> System<B> {
+        let lattice = *space.lattice();
+        let molecules = self.molecules(&lattice);
+        let (_, bonds) = self.phantom(&molecules);
+        let mut rng = start::stream(seed);
+        let positions = if let Some(bond) = straight {
+            start::stretched(&lattice, &molecules, bond * DVec3::X, &mut rng)
+        } else {
+            let bond = start::BondLength::new(bonds.spring(), 1.0).unwrap();
+            start::chains(&lattice, &molecules, |rng| bond.sample(rng), &mut rng)
+        };
+        let positions = start::fill(&lattice, positions, DENSITY, &mut rng).unwrap();
+        let mut species = molecules.species(&[(BEADS, 0)]).unwrap();
+        species.resize(positions.len(), 1);
+        let particles = Particles::new(positions).unwrap();
+        let velocities = start::velocities(&particles, 1.0, &mut rng).unwrap();
+        let particles = particles.with_velocities(velocities).unwrap();
+        let particles = particles.with_species(species).unwrap();
+        let clock = Clock::new(DT, 1.0, seed).unwrap();
+        System::new(space, particles, clock)
+    }
+}
+
+fn scene_list() -> VerletList {
+    VerletList::new(0.35).unwrap()
+}
+
+fn stepper() -> LoweAndersen<VerletList> {
+    LoweAndersen::new(5.0, 1.0, scene_list()).unwrap()
+}
+
+/// Parts springs that lie across each other, then a while of dynamics.
+fn settle<B: Periodic, F: ForceField<B>>(system: &mut System<B>, field: &mut F, time: f64) {
+    start::relax(system, field, 0.03, 100).unwrap();
+    run(&mut stepper(), system, field, (time / DT) as u32);
+}
+
+fn pressure(stress: DMat3) -> f64 {
+    -(stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0
+}
+
+fn squared_ends<B: Boundary>(system: &System<B>, molecules: Molecules) -> Vec<f64> {
+    let ends = EndToEnd { molecules }.measure(&system.frame(), &());
+    ends.unwrap().iter().map(|r| r.length_squared()).collect()
+}
+
+fn extension<B: Boundary>(system: &System<B>, molecules: Molecules) -> Vec<f64> {
+    let along = DVec3::X;
+    let extents = Extent { molecules, along }.measure(&system.frame(), &());
+    extents.unwrap().iter().map(|x| x / CONTOUR).collect()
+}
+
+/// In a good solvent the pressure is least at equal parts: the soft repulsion makes P = rho kT + alpha rho^2 <a>, so
+/// mixing takes off 2 alpha rho^2 phi (1 - phi) (a - a_PS) = 4.54 at phi = 1/2, with alpha = 0.101. The published pressure
+/// without, 28.64 +- 0.02 of it by forces, is that of all beads alike. Of chains the springs take off kT or so for each
+/// in addition, and the minimum is still at a half among the quarters.
+///
+/// Seed 1, 20 time units: standard errors 0.02. Expected within 10 % of 4.54 for what alpha is at this density, and the
+/// shape phi (1 - phi) to 3 %; beads of a_PS by the arithmetic instead of the given one would take off nothing.
+#[test]
+fn reference_pressure_of_a_good_solvent() {
+    let by_forces = |fraction: f64, bonded: bool| {
+        let solution = Solution {
+            concentration: 10.0 * fraction,
+            unlike: GOOD,
+        };
+        let space = PeriodicBox::cubic(8.0).unwrap();
+        let mut system = solution.start(space, None, 1);
+        let molecules = solution.molecules(system.boundary.lattice());
+        let (beads, springs) = solution.phantom(&molecules);
+        let bonds = if bonded {
+            molecules.bonds()
+        } else {
+            Vec::new()
+        };
+        let mut field = (beads, Bonded::new(*springs.spring(), bonds));
+        let mut stepper = stepper();
+        settle(&mut system, &mut field, 6.0);
+        let (mut mean, samples) = (0.0, 150);
+        for _ in 0..samples {
+            run(&mut stepper, &mut system, &mut field, 3);
+            let mut virial = Virial::default();
+            stepper.step(&mut system, &mut field, &mut virial).unwrap();
+            let stress = Stress.measure(&system.frame(), &virial);
+            mean += pressure(stress.item(Item::Conservative) + stress.item(Item::Spring))
+                / f64::from(samples);
+        }
+        println!("{fraction} of beads, bonded {bonded}: pressure of forces {mean:.3}");
+        mean
+    };
+    let [none, quarter, half] = [0.0, 0.25, 0.5].map(|fraction| by_forces(fraction, false));
+    assert!((none - 28.64).abs() < 0.08);
+    assert!(((none - half) / 4.54 - 1.0).abs() < 0.1);
+    assert!(((none - quarter) / (none - half) / 0.75 - 1.0).abs() < 0.03);
+    let [quarter, half, most] = [0.25, 0.5, 0.75].map(|fraction| by_forces(fraction, true));
+    assert!(half < quarter - 1.0 && half < most);
+}
+
+/// Means of chains at rest: R_e^2, R_g^2, Q^2 and the pressure of the springs' repulsion.
+fn at_rest(solution: Solution, edge: f64, time: f64) -> [Mean; 4] {
+    let space = PeriodicBox::cubic(edge).unwrap();
+    let mut system = solution.start(space, None, 1);
+    let molecules = solution.molecules(system.boundary.lattice());
+    let (mut field, mut stepper) = (solution.field(&molecules), stepper());
+    settle(&mut system, &mut field, 20.0);
+    let [mut ends, mut radii] = [EnsembleAverage::new(), EnsembleAverage::new()];
+    let [mut bonds, mut extra, mut temperature] = [(); 3].map(|()| BlockAverage::new());
+    for _ in 0..(time / (20.0 * DT)) as u32 {
+        run(&mut stepper, &mut system, &mut field, 19);
+        let mut virial = Virial::default();
+        stepper.step(&mut system, &mut field, &mut virial).unwrap();
+        let frame = system.frame();
+        let radius = SquaredRadius { molecules }.measure(&frame, &()).unwrap();
+        let end = squared_ends(&system, molecules);
+        for (k, (end, radius)) in (0..).zip(end.into_iter().zip(radius)) {
+            ends.push((k, end));
+            radii.push((k, radius));
+        }
+        let moments = BondStatistics { molecules }.measure(&frame, &()).unwrap();
+        bonds.push(moments.mean_square_length());
+        extra.push(pressure(
+            Stress.measure(&frame, &virial).item(Item::SpringRepulsion),
+        ));
+        let kinetic = KineticTemperature::default().measure(&frame, &virial);
+        temperature.push(kinetic.unwrap().mean());
+    }
+    let [ends, radii] = [ends, radii].map(|average| average.estimate().unwrap());
+    let [bonds, extra, temperature] =
+        [bonds, extra, temperature].map(|average| average.estimate().unwrap());
+    println!(
+        "c / c* = {}, a_PS {}: R_e^2 {ends}, R_g^2 {radii}, Q^2 {bonds}, pressure of springs {extra}, T {temperature}",
+        solution.concentration, solution.unlike,
+    );
+    assert!((temperature.value - 1.0).abs() < 0.01);
+    [ends, radii, bonds, extra]
+}
+
+/// Of an independent code at c / c* = 1: Q^2 = 1.393(13) and 1.362(11) at two time steps, and a pressure of the springs'
+/// repulsion of 0.0263(9), which grows as the square of their density: 0.105 at c / c* = 2. Ideal chains have Q^2 = 1.364
+/// and R_g^2 = 4.53.
+///
+/// Seed 1, 16 chains, 20 time units: standard errors 0.8 % in Q^2, 5 % in the pressure, and 15 % in R_g^2, which the
+/// chains have brought along from their start. Bounds: 5 %, 25 %, 50 %. Springs that do not repel have Q^2 = 1.453(7), and
+/// so wide a bound is all that a bond can tell in this time.
+#[test]
+fn reference_springs_at_rest() {
+    let [_, radius, bond, extra] = at_rest(Solution::theta(2.0), 7.4, 20.0);
+    assert!((bond.value / 1.378 - 1.0).abs() < 0.05);
+    assert!((extra.value / 0.105 - 1.0).abs() < 0.25);
+    assert!((radius.value / 4.9 - 1.0).abs() < 0.5);
+}
+
+/// How long chains take to come back that were pulled out straight to 0.4 of their contour.
+fn relaxation(solution: Solution, edge: f64, ends: Mean, time: f64) -> StretchTime {
+    let space = PeriodicBox::cubic(edge).unwrap();
+    let mut system = solution.start(space, Some(2.0), 1);
+    let molecules = solution.molecules(system.boundary.lattice());
+    let (mut field, mut stepper) = (solution.field(&molecules), stepper());
+    start::relax(&mut system, &mut field, 0.03, 100).unwrap();
+    let every = 100;
+    let times = (time / (f64::from(every) * DT)) as usize;
+    let mut curves = vec![Vec::new(); molecules.count() as usize];
+    for _ in 0..times {
+        for (curve, square) in curves.iter_mut().zip(squared_ends(&system, molecules)) {
+            curve.push(square);
+        }
+        run(&mut stepper, &mut system, &mut field, every);
+    }
+    let interval = f64::from(every) * DT;
+    let below = 0.1 * CONTOUR * CONTOUR;
+    let mut relaxation = StretchRelaxation::new(interval, times, ends, below).unwrap();
+    curves.into_iter().for_each(|curve| relaxation.push(curve));
+    let found = relaxation.estimate().unwrap();
+    println!(
+        "c / c* = {}: relaxation time {}, of the later half {}, from {:?}",
+        solution.concentration, found.time, found.late, found.window
+    );
+    found
+}
+
+/// Relaxation times of chains below and above c*. Rouse's theory has zeta / (8 H sin^2(pi / 2N)) = 111 for the friction
+/// 10.9 of a bead among its like and springs that are Hookean; FENE springs are a tenth stiffer, and hydrodynamic
+/// interactions take another fourth: 70 to 110 below c*. The thesis has times that grow with concentration.
+///
+/// Seed 1, 9 and 20 chains. Measured: 90 +- 7 or more and 86 +- 4; R_g^2 = 5.9(6) and 5.8(5), where the concentrations of
+/// the thesis imply 5.2 and ideal chains have 4.53. So few chains do not resolve the growth, nor would a growth by less
+/// than a fourth show; what is caught is a time that is wrong by half.
+#[test]
+#[ignore = "two minutes; cargo test -p zimm-tests --test semidilute_dpd -- --ignored --nocapture relaxation"]
+fn reference_sizes_and_relaxation_times() {
+    let [dense, dilute] = [(2.0, 8.0), (0.5, 9.8)].map(|(concentration, edge)| {
+        let solution = Solution::theta(concentration);
+        let [ends, radius, _, _] = at_rest(solution, edge, 80.0);
+        assert!((4.5..7.5).contains(&radius.value));
+        relaxation(solution, edge, ends, 260.0).time.value
+    });
+    assert!((60.0..120.0).contains(&dilute) && (70.0..150.0).contains(&dense));
+    assert!(dense > 0.7 * dilute);
+}
+
+/// One rate after another, each for the same time.
+#[derive(Clone)]
+struct Staircase {
+    rates: [f64; 4],
+    hold: f64,
+}
+
+impl FlowHistory for Staircase {
+    fn strain(&self, time: f64) -> f64 {
+        let stages = (0..).zip(self.rates);
+        let strain = |(k, rate): (u32, f64)| {
+            let since = time - f64::from(k) * self.hold;
+            rate * since.clamp(0.0, self.hold)
+        };
+        stages.map(strain).sum()
+    }
+
+    fn rate(&self, time: f64) -> f64 {
+        let stage = (time / self.hold).max(0.0) as usize;
+        self.rates.get(stage).copied().unwrap_or(0.0)
+    }
+}
+
+/// The extension of chains, over their contour, in steady extension at falling rates.
+fn extensions(concentration: f64, rates: [f64; 4], hold: f64) -> [Mean; 4] {
+    let history = Staircase { rates, hold };
+    let space = KraynikReinelt::new(EXTENDING[0], EXTENDING[1], history).unwrap();
+    let solution = Solution::theta(concentration);
+    let mut system = solution.start(space, Some(3.3), 1);
+    let molecules = solution.molecules(system.boundary.lattice());
+    let (mut field, mut stepper) = (solution.field(&molecules), stepper());
+    start::relax(&mut system, &mut field, 0.03, 100).unwrap();
+    let steps = (hold / DT) as u32;
+    rates.map(|rate| {
+        let mut average = EnsembleAverage::new();
+        run(&mut stepper, &mut system, &mut field, steps / 2);
+        for _ in 0..steps / 100 {
+            run(&mut stepper, &mut system, &mut field, 50);
+            for (k, extension) in (0..).zip(extension(&system, molecules)) {
+                average.push((k, extension));
+            }
+        }
+        let found = average.estimate().unwrap();
+        println!("c / c* = {concentration}, rate {rate:.5}: extension {found}");
+        found
+    })
+}
+
+/// Straight chains at 0.4 of their contour, for 12 time units: those in a flow of De = 5 stretch, those of De = 0.3 come
+/// back. Expected is what beads do that feel the flow, the tension of their springs and a friction between 7 and 10.9,
+/// which is that of a bead among its like with and without hydrodynamic interactions, but no noise along the chain: 0.66 to
+/// 0.70 and 0.34 to 0.36. Affine deformation would make 0.82 and 0.41.
+///
+/// Seed 1, 10 chains. The noise of the end beads makes 0.01 of the contour for each chain, and a little on average, since
+/// the foremost bead counts. Bound 0.06: the flow, the tension and the friction are each caught if wrong by a third.
+#[test]
+fn limit_chains_stretch_or_come_back() {
+    let after = |rate: f64| {
+        let history = Steady::new(rate).unwrap();
+        let space = KraynikReinelt::new(EXTENDING[0], EXTENDING[1], history).unwrap();
+        let solution = Solution::theta(0.5);
+        let mut system = solution.start(space, Some(2.0), 1);
+        let molecules = solution.molecules(system.boundary.lattice());
+        let mut field = solution.field(&molecules);
+        run(&mut stepper(), &mut system, &mut field, (12.0 / DT) as u32);
+        let each = extension(&system, molecules);
+        let mean = each.iter().sum::<f64>() / each.len() as f64;
+        println!("rate {rate}: extension {mean:.3}");
+        mean
+    };
+    assert!((after(0.06) - 0.68).abs() < 0.06);
+    assert!((after(0.003) - 0.35).abs() < 0.06);
+}
+
+/// Extension over contour in steady extension at rates falling from 0.01 to 0.003. With the relaxation time of 88, as
+/// measured above, these are Deborah numbers of 0.9, 0.6, 0.45 and 0.27, on either side of the coil-stretch transition at
+/// 1/2: the mean-field theory of beads with a friction of 10.9 has 0.66, 0.50, 0.25 and coils.
+///
+/// Measured: 0.650(5), 0.524(11), 0.390(9), 0.204(13); half of the way from coil to contour is at De = 0.55.
+///
+/// Each rate is held for 200 time units, two relaxation times, of which the second counts: chains that were stretched
+/// before come back late near the transition. 10 chains scatter by 0.05 there; bounds are of that kind.
+#[test]
+#[ignore = "two minutes; cargo test -p zimm-tests --test semidilute_dpd -- --ignored --nocapture stretch_above"]
+fn reference_chains_stretch_above_a_deborah_number_of_one_half() {
+    let found = extensions(0.5, [0.01, 0.007, 0.005, 0.003], 200.0).map(|mean| mean.value);
+    assert!(found[0] > 0.4 && found[3] < 0.3);
+    assert!(found[0] - found[3] > 0.25);
+}
+
+/// Crossings while a scene runs, looked at in every step.
+fn crossings<F: ForceField<PeriodicBox>>(
+    system: &mut System<PeriodicBox>,
+    field: &mut F,
+    molecules: Molecules,
+    time: f64,
+) -> f64 {
+    let mut crossings = Crossings::new(molecules, VerletList::new(0.0).unwrap());
+    crossings.measure(&system.frame(), &()).unwrap();
+    let mut stepper = stepper();
+    let each = (0..(time / DT) as u32).map(|_| {
+        stepper.step(system, field, &mut ()).unwrap();
+        crossings.measure(&system.frame(), &()).unwrap() as f64
+    });
+    each.sum()
+}
+
+/// At c / c* = 2 chains pass through each other some hundred times in a unit of time if nothing hinders them, and not once
+/// in the time of 1500 such crossings with the law of the thesis: a rate that falls by 1000 lets none pass in 22 % of
+/// cases, one that falls by 200 in e^-7.5.
+///
+/// Seed 1, 16 chains. Kinetic theory for the bonds of different chains, which are independent: per pair (pi / 4) <Q>^2
+/// (2 / pi)^1/2 I / V with <Q> = 0.21615 Q_0 and I = 1.1424, see [`Crossings`]'s own test; here chains have solvent
+/// between them, and bonds of the same chain cross as well. Bound: half to twice of it.
+#[test]
+fn limit_chains_in_solvent_cross_unless_their_springs_repel() {
+    let space = PeriodicBox::cubic(7.4).unwrap();
+    let solution = Solution::theta(2.0);
+    let mut system = solution.start(space, None, 1);
+    let molecules = solution.molecules(system.boundary.lattice());
+    let mut phantom = solution.phantom(&molecules);
+    settle(&mut system, &mut phantom, 4.0);
+    let rate = crossings(&mut system, &mut phantom, molecules, 4.0) / 4.0;
+    let bond = 0.21615 * 5.0;
+    let per_pair = 0.25 * std::f64::consts::PI * bond * bond * (2.0 / std::f64::consts::PI).sqrt();
+    let chains = f64::from(molecules.count());
+    let pairs = 0.5 * chains * (chains - 1.0) * 361.0;
+    let theory = pairs * per_pair * 1.1424 / 7.4_f64.powi(3);
+    let mut field = solution.field(&molecules);
+    settle(&mut system, &mut field, 4.0);
+    let time = 1500.0 / rate;
+    let passed = crossings(&mut system, &mut field, molecules, time);
+    println!("{rate:.0} crossings in a unit of time, theory {theory:.0}; {passed} of 1500");
+    assert!((0.5..2.0).contains(&(rate / theory)));
+    assert!(passed == 0.0);
+}
+
+/// Straight chains, so many that the ranges of their springs fill the volume, as Clarke found: the springs get hot and
+/// soon one of them is longer than the cell resolves, which is an error of the step and leaves the last good state. Fewer
+/// and shorter ones run as they should.
+///
+/// With a range of 1/3 a spring of length Q takes (pi / 36) Q: 0.13 and 0.95 of the volume here.
+#[test]
+fn extreme_springs_that_fill_the_volume() {
+    let outcome = |concentration: f64, bond: f64| {
+        let space = PeriodicBox::cubic(7.4).unwrap();
+        let solution = Solution::theta(concentration);
+        let mut system = solution.start(space, Some(bond), 1);
+        let molecules = solution.molecules(system.boundary.lattice());
+        let mut field = solution.field(&molecules);
+        let mut taken = start::relax(&mut system, &mut field, 0.03, 20);
+        let mut stepper = stepper();
+        for _ in 0..60 {
+            taken = taken.and_then(|()| stepper.step(&mut system, &mut field, &mut ()));
+        }
+        let kinetic = KineticTemperature::default().measure(&system.frame(), &());
+        let temperature = kinetic.unwrap().mean();
+        let finite = |column: &[DVec3]| column.iter().all(|v| v.is_finite());
+        assert!(finite(system.particles.positions()) && finite(system.particles.velocities()));
+        println!("c / c* = {concentration}: {taken:?}, T {temperature:.3}");
+        (taken, temperature)
+    };
+    let (taken, temperature) = outcome(2.0, 2.0);
+    assert!(taken.is_ok() && (temperature - 1.0).abs() < 0.25);
+    let (taken, temperature) = outcome(9.5, 3.0);
+    assert!(matches!(taken, Err(StepError::Force { .. })) || temperature > 1.5);
+}
