@@ -1,4 +1,5 @@
-//! What the parts of a DPD step cost, for 3 000 and 24 000 particles.
+//! What the parts of a DPD step cost, for 3 000 and 24 000 particles, and the repulsion between springs, for 1 000 to
+//! 16 000 segments.
 #![allow(missing_docs, clippy::expect_used)]
 
 #[allow(dead_code)]
@@ -45,5 +46,26 @@ fn parts(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, parts);
+/// Melt of chains of 20 whose springs repel each other within 0.8, the state of the workload `srp`: time for a segment, and
+/// a whole step with and without.
+fn segments(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("spring repulsion");
+    group.sample_size(10);
+    for segments in [1_000, 4_000, 16_000] {
+        let mut melt = scene::Melt::new(segments);
+        group.throughput(Throughput::Elements(u64::from(segments)));
+        group.bench_function(BenchmarkId::new("forces", segments), |bencher| {
+            bencher.iter(|| melt.repulsion());
+        });
+        group.bench_function(BenchmarkId::new("step", segments), |bencher| {
+            bencher.iter(|| melt.step());
+        });
+        group.bench_function(BenchmarkId::new("step without it", segments), |bencher| {
+            bencher.iter(|| melt.step_without());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, parts, segments);
 criterion_main!(benches);

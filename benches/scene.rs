@@ -90,3 +90,78 @@ impl<L: PairForce> Forces<L> {
         black_box((&self.forces, &mut tally as *mut T));
     }
 }
+
+type Soft = (Pairwise<Dpd, VerletList>, Bonded<Fraenkel>);
+type Springs = SegmentRepulsion<PanManke, VerletList>;
+
+/// A melt of chains of 20 whose springs repel each other: density 3, a = 60, gamma = 4.5; springs of stiffness 450 and
+/// length 0.85, repulsion 100 (1 - D / 0.8).
+pub(crate) struct Melt {
+    system: System<PeriodicBox>,
+    field: (Soft, Springs),
+    stepper: GrootWarren,
+    forces: Vec<DVec3>,
+}
+
+impl Melt {
+    /// About as many segments, after some steps in a bath that takes up the heat of a random start.
+    pub(crate) fn new(segments: u32) -> Self {
+        let chains = Molecules::linear(0, segments.div_ceil(19), 20).expect("legal chains");
+        let bonds = chains.bonds();
+        let beads = f64::from(chains.count() * chains.beads());
+        let space = cube((beads / DENSITY).cbrt());
+        let mut rng = start::stream(1);
+        let positions = start::chains(space.lattice(), &chains, |_| 0.85, &mut rng);
+        let particles = Particles::new(positions).expect("finite positions");
+        let forces = vec![DVec3::ZERO; particles.len()];
+        let clock = Clock::new(0.005, 1.0, 1).expect("legal clock");
+        let mut system = System::new(space, particles, clock);
+        let list = |skin| VerletList::new(skin).expect("legal skin");
+        let dpd = Dpd::new(60.0, 4.5).expect("legal parameters");
+        let spring = Fraenkel::new(450.0, 0.85).expect("legal parameters");
+        let soft = (
+            Pairwise::new(dpd, list(0.25)),
+            Bonded::new(spring, bonds.clone()),
+        );
+        // 3 a = 100 at contact, a range of 3 times 0.8.
+        let law = PanManke::new(100.0 / 3.0, 2.4).expect("legal parameters");
+        let mut field = (soft, SegmentRepulsion::new(law, bonds, list(0.15)));
+        let mut bath = Langevin::new(10.0).expect("legal rate");
+        for _ in 0..100 {
+            bath.step(&mut system, &mut field, &mut ())
+                .expect("a stable melt");
+        }
+        Self {
+            system,
+            field,
+            stepper: GrootWarren::new(0.5).expect("legal lambda"),
+            forces,
+        }
+    }
+
+    /// The repulsion alone, with a list that is valid.
+    pub(crate) fn repulsion(&mut self) {
+        let Self { system, field, .. } = self;
+        field
+            .1
+            .accumulate(&system.frame(), &mut self.forces, &mut ())
+            .expect("a stable melt");
+        black_box(&self.forces);
+    }
+
+    /// A step.
+    pub(crate) fn step(&mut self) {
+        let Self { system, field, .. } = self;
+        self.stepper
+            .step(system, field, &mut ())
+            .expect("a stable melt");
+    }
+
+    /// A step of chains that pass through each other.
+    pub(crate) fn step_without(&mut self) {
+        let Self { system, field, .. } = self;
+        self.stepper
+            .step(system, &mut field.0, &mut ())
+            .expect("a stable melt");
+    }
+}

@@ -9,6 +9,7 @@
 //! better. The last line counts those; it must say 0.
 
 mod chains;
+mod dpd;
 mod hydrodynamics;
 
 use std::error::Error;
@@ -37,6 +38,7 @@ struct Trial {
 fn main() -> ExitCode {
     let all = || -> Result<Vec<Trial>, Problem> {
         let mut trials = chains::trials()?;
+        trials.extend(dpd::trials()?);
         trials.extend(hydrodynamics::trials()?);
         Ok(trials)
     };

@@ -17,6 +17,7 @@ const COLOURS: [RGBColor; 7] = [
 
 /// Points joined by a line.
 pub(crate) struct Curve {
+    /// Empty for no entry in the legend.
     pub(crate) label: String,
     /// Which of the colours.
     pub(crate) colour: usize,
@@ -34,9 +35,12 @@ pub(crate) struct Panel {
     pub(crate) curves: Vec<Curve>,
 }
 
-/// Draws panels side by side, at most three in a row.
+/// Draws panels side by side, at most three in a row, or four if that leaves no gap.
 pub(crate) fn draw(path: &Path, panels: &[Panel]) -> Result<(), Problem> {
-    let columns = panels.len().clamp(1, 3);
+    let columns = match panels.len() {
+        8 => 4,
+        few => few.clamp(1, 3),
+    };
     let rows = panels.len().div_ceil(columns);
     let size = (500 * columns as u32, 420 * rows as u32);
     let root = SVGBackend::new(path, size).into_drawing_area();
@@ -69,11 +73,16 @@ pub(crate) fn draw(path: &Path, panels: &[Panel]) -> Result<(), Problem> {
             };
             let points = curve.points.iter().copied();
             let line = LineSeries::new(points.clone(), colour.stroke_width(1));
-            chart
-                .draw_series(line)?
-                .label(curve.label.clone())
-                .legend(move |(x, y)| Circle::new((x + 10, y), 4, style));
+            let series = chart.draw_series(line)?;
+            if !curve.label.is_empty() {
+                series
+                    .label(curve.label.clone())
+                    .legend(move |(x, y)| Circle::new((x + 10, y), 4, style));
+            }
             chart.draw_series(points.map(|point| Circle::new(point, 3, style)))?;
+        }
+        if panel.curves.iter().all(|curve| curve.label.is_empty()) {
+            continue;
         }
         chart
             .configure_series_labels()

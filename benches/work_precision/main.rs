@@ -12,9 +12,19 @@
 
 mod chain_steps;
 mod chart;
+mod dpd_steps;
 mod hydrodynamic_steps;
 mod lattice;
+#[path = "../memory.rs"]
+mod memory;
 mod mobility;
+mod sampling;
+#[path = "../scene.rs"]
+#[allow(dead_code, clippy::expect_used)]
+mod scene;
+mod size;
+mod skin;
+mod viscosity;
 
 use chart::Panel;
 use clap::{Parser, ValueEnum};
@@ -47,6 +57,18 @@ enum Figure {
     Mobility,
     /// CPU time of a unit of time with hydrodynamic interactions, at equal error.
     HydrodynamicSteps,
+    /// Error of the schemes of DPD against step and CPU time: the fluid of Groot and Warren.
+    DpdSteps,
+    /// The same for FENE chains with strong friction.
+    DpdStiffSteps,
+    /// CPU time of a DPD step against the skin of its list.
+    Skin,
+    /// Error of averages against CPU time, by the sampling interval.
+    Sampling,
+    /// CPU time and memory of a particle against the number of particles.
+    Size,
+    /// Relative error of the viscosity against CPU time, by three rheometers.
+    Viscosity,
 }
 
 fn main() -> Result<(), Problem> {
@@ -69,6 +91,12 @@ fn main() -> Result<(), Problem> {
             Figure::ChainSteps => chain_steps::figure(&task)?,
             Figure::Mobility => mobility::figure(&task)?,
             Figure::HydrodynamicSteps => hydrodynamic_steps::figure(&task)?,
+            Figure::DpdSteps => dpd_steps::figure(&task, &dpd_steps::FLUID)?,
+            Figure::DpdStiffSteps => dpd_steps::figure(&task, &dpd_steps::CHAINS)?,
+            Figure::Skin => skin::figure(&task)?,
+            Figure::Sampling => sampling::figure(&task)?,
+            Figure::Size => size::figure(&task)?,
+            Figure::Viscosity => viscosity::figure(&task)?,
         }
         println!("{}: {}", task.name, task.path("svg").display());
     }
