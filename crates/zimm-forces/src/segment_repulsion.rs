@@ -1,5 +1,6 @@
 //! Repulsion between springs, so that chains do not pass through each other.
 
+mod batch;
 mod distance;
 mod laws;
 mod list;
@@ -7,10 +8,10 @@ mod list;
 pub use distance::Approach;
 pub use laws::{KumarLarson, PanManke, Phantom, SegmentForce};
 
-use crate::length;
-use list::{Candidate, Meeting, SegmentList, Space};
+use batch::{Batch, BlockOfWork, Pull, View};
+use list::SegmentList;
 use zimm_core::{
-    Boundary, DVec3, ForceError, ForceField, Frame, Item, Neighbours, Reads, Tally, for_each_chunk,
+    Boundary, DVec3, ForceError, ForceField, Frame, Neighbours, Reads, Tally, each_block,
 };
 
 /// Repulsion between bonds as straight segments, by their distance, without particles of its own.
@@ -27,7 +28,7 @@ use zimm_core::{
 /// and 1/2 + s of it (the lever rule), those of the second 1/2 - t and 1/2 + t of its opposite. So force and torque
 /// balance to rounding, and the forces on the beads are the gradient of the energy: the terms with b make the minimum
 /// unique, and the places s and t drop out of the gradient. Tallies hear of D and the force as
-/// [`Item::SpringRepulsion`]; the virial of the four beads is their product.
+/// [`Item::SpringRepulsion`](zimm_core::Item::SpringRepulsion); the virial of the four beads is their product.
 ///
 /// **Continuity.** The plain distance (b = 0) has a force that jumps: in direction where segments cross; in its share
 /// between the beads where segments are parallel, collinear or without length, for there places of closest approach are
@@ -43,8 +44,8 @@ use zimm_core::{
 ///
 /// Pairs are found by any source that serves the boundary: a [`VerletList`](zimm_core::VerletList) in a cell,
 /// [`AllPairs`](zimm_core::AllPairs) in open space. None is missed, however long segments are, and the cost is linear
-/// in their number: long ones are looked up in several pieces about as long as the mean segment. The cell must have
-/// room for half as much again as the cutoff.
+/// in their number: long ones are looked up in several pieces. The cell must have room for half as much again as the
+/// cutoff.
 ///
 /// Kumar and Larson, J. Chem. Phys. 114, 6937 (2001); Clarke, PhD thesis, MIT (2008), section 5.2. The lever rule is
 /// that of Sirk, Sliozberg, Brennan, Lisal and Andzelm, J. Chem. Phys. 136, 134903 (2012).
@@ -74,21 +75,21 @@ pub struct SegmentRepulsion<L, N> {
     law: L,
     bonds: Vec<[u32; 2]>,
     list: SegmentList<N>,
-    /// What comes of each candidate.
-    contacts: Vec<Option<Near>>,
+    blocks: Vec<Scratch>,
+    arch: pulp::Arch,
 }
 
-/// Two segments in range of each other.
-#[derive(Clone, Copy, Debug)]
-struct Near {
-    beads: [[usize; 2]; 2],
-    places: [f64; 2],
-    at: DVec3,
-    apart: DVec3,
-    distance: f64,
-    /// Over the distance.
-    force: f64,
+/// What one block of work needs: a batch of pairs, and pulls on pieces in the source's order.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    batch: Box<Batch>,
+    pulls: Vec<Pull>,
+    /// Chunks of `pulls` that this block adds to.
+    touched: Vec<bool>,
 }
+
+/// Pulls of a block are zeroed and joined in chunks of this many pieces, those it touches only.
+const CHUNK: usize = 64;
 
 impl<L, N> SegmentRepulsion<L, N> {
     /// A law between the bonds that join these identities, from a source of pairs of points.
@@ -97,7 +98,8 @@ impl<L, N> SegmentRepulsion<L, N> {
             law,
             bonds,
             list: SegmentList::new(neighbours),
-            contacts: Vec::new(),
+            blocks: Vec::new(),
+            arch: pulp::Arch::new(),
         }
     }
 
@@ -113,7 +115,36 @@ impl<L, N> SegmentRepulsion<L, N> {
 
     /// The source of pairs.
     pub fn neighbours(&self) -> &N {
-        self.list.source()
+        &self.list.source
+    }
+
+    /// Adapts buffers to a new order.
+    fn adapt<B: Boundary>(&mut self)
+    where
+        N: Neighbours<B>,
+    {
+        let source = &self.list.source;
+        let (blocks, n) = (source.blocks(), source.order().len());
+        self.blocks.resize_with(blocks, Scratch::default);
+        each_block(&mut self.blocks, |block, scratch| {
+            scratch.pulls.resize(n, Pull::default());
+            scratch.touched.clear();
+            scratch.touched.resize(n.div_ceil(CHUNK), false);
+            source.visit(block, |row| {
+                for &piece in row.js.iter().chain([&row.i]) {
+                    scratch.touched[piece as usize / CHUNK] = true;
+                }
+            });
+        });
+    }
+}
+
+impl Scratch {
+    /// The chunks of pulls that this block adds to, and where they begin.
+    fn chunks(&mut self) -> impl Iterator<Item = (usize, &mut [Pull])> {
+        let chunks = self.pulls.chunks_mut(CHUNK).zip(&self.touched);
+        let chunks = (0..).step_by(CHUNK).zip(chunks);
+        chunks.filter_map(|(start, (chunk, touched))| touched.then_some((start, chunk)))
     }
 }
 
@@ -132,62 +163,41 @@ where
         forces: &mut [DVec3],
         tally: &mut T,
     ) -> Result<(), ForceError> {
-        let cutoff = self.law.cutoff();
-        self.list.refresh(frame, &self.bonds, cutoff)?;
-        let (law, list, space) = (&self.law, &self.list, Space::new(frame.boundary));
-        let candidates = list.candidates();
-        self.contacts.resize(candidates.len(), None);
-        for_each_chunk(&mut self.contacts, |start, chunk| {
-            for (near, &candidate) in chunk.iter_mut().zip(&candidates[start..]) {
-                *near = contact(law, list, &space, candidate);
-            }
-        });
-        for near in self.contacts.iter().flatten() {
-            let force = near.force * near.apart;
-            for (beads, place, force) in [
-                (near.beads[0], near.places[0], force),
-                (near.beads[1], near.places[1], -force),
-            ] {
-                let share = (0.5 + place) * force;
-                forces[beads[0]] += force - share;
-                forces[beads[1]] += share;
-            }
-            tally.hear(Item::SpringRepulsion, near.at, near.apart, force, &|| {
-                law.energy(near.distance)
+        if self.list.refresh(frame, &self.bonds, self.law.cutoff())? {
+            self.adapt::<B>();
+        }
+        let view = View::new(&self.law, &self.list, frame.boundary);
+        let (source, arch) = (&self.list.source, self.arch);
+        let blocks = self.blocks.iter_mut();
+        let mut blocks: Vec<_> = blocks.map(|block| (block, tally.fresh())).collect();
+        each_block(&mut blocks, |block, (scratch, heard)| {
+            scratch
+                .chunks()
+                .for_each(|(_, chunk)| chunk.fill(Pull::default()));
+            arch.dispatch(BlockOfWork::<B, L, N, T> {
+                view: &view,
+                source,
+                block,
+                batch: &mut scratch.batch,
+                pulls: &mut scratch.pulls,
+                heard,
+                boundary: std::marker::PhantomData,
             });
+        });
+        for (scratch, heard) in blocks {
+            tally.absorb(heard);
+            for (start, chunk) in scratch.chunks() {
+                for (piece, pull) in self.list.sorted[start..].iter().zip(chunk) {
+                    let beads = self.list.segments[piece.segment as usize].beads;
+                    forces[beads[0] as usize] += 0.5 * pull.force - pull.moment;
+                    forces[beads[1] as usize] += 0.5 * pull.force + pull.moment;
+                }
+            }
         }
         Ok(())
     }
 
     fn forget(&mut self) {
         self.list.forget();
-    }
-}
-
-/// The closest approach of a candidate's segments, if it is in range and this candidate of theirs owns it.
-#[inline(always)]
-fn contact<B: Boundary, L: SegmentForce, N>(
-    law: &L,
-    list: &SegmentList<N>,
-    space: &Space<'_, B>,
-    candidate: Candidate,
-) -> Option<Near> {
-    let (cutoff, smallest) = (law.cutoff(), law.smallest());
-    let Meeting { segments, middles } = list.meeting(candidate, space, cutoff)?;
-    let [first, second] = segments.map(|segment| segment.span);
-    let Approach { s, t, apart } = Approach::between(middles, first, second, smallest);
-    let squared = apart.length_squared() + smallest * smallest * (1.0 + s * s + t * t);
-    if squared < cutoff * cutoff && list.owns(candidate, [s, t]) {
-        let distance = length::distance(squared);
-        Some(Near {
-            beads: segments.map(|segment| segment.beads),
-            places: [s, t],
-            at: segments[0].middle + s * first,
-            apart,
-            distance,
-            force: law.force(distance) / distance,
-        })
-    } else {
-        None
     }
 }

@@ -625,6 +625,49 @@ fn law_segments_meet_the_images_of_their_neighbours() {
     assert_eq!(agrees(&system, &mut field, &bonds), 1);
 }
 
+/// Long segments that are closest to each other where pieces of theirs meet, up to rounding, meet once: across each
+/// other or side by side, in any direction, anywhere in the cell, whichever comes first in the list.
+#[test]
+fn law_closest_approach_on_a_cut_counts_once() {
+    #[derive(Default)]
+    struct Contacts(u32);
+
+    impl Tally for Contacts {
+        fn fresh(&self) -> Self {
+            Self::default()
+        }
+
+        fn hear(&mut self, _: Item, _: DVec3, _: DVec3, _: DVec3, _: &impl Fn() -> f64) {
+            self.0 += 1;
+        }
+
+        fn absorb(&mut self, other: Self) {
+            self.0 += other.0;
+        }
+    }
+
+    let cell = Cell::cube(12.0);
+    let mut random = Random(41, 0);
+    for k in 0..4000 {
+        // Short segments far from each other and from the long ones, which have several pieces for their sake.
+        let short = (0..25).map(|n| DVec3::new(f64::from(n % 5), f64::from(n / 5), 2.5) * 2.4);
+        let mut positions: Vec<_> = short.flat_map(|r| [r, r + 0.3 * DVec3::X]).collect();
+        let first = random.direction() * random.within(1.5, 3.9);
+        let across = random.direction() * random.within(1.5, 3.9);
+        let second = if k % 2 == 0 { first } else { across };
+        let apart = 0.5 * first.cross(across).normalize();
+        positions.extend(beads(apart, first, second));
+        let shift = 6.0 * random.cube();
+        let positions = positions.iter().map(|&r| cell.wrap(r + shift).0);
+        let still = system(cell.clone(), positions.collect());
+        let bonds = (0..27).map(|n| [2 * n, 2 * n + 1]).collect();
+        let mut field = SegmentRepulsion::new(SOFT, bonds, VerletList::new(0.0).unwrap());
+        let (_, Contacts(found)) = evaluate(&still, &mut field).unwrap();
+        assert!(Neighbours::<Cell>::order(field.neighbours()).len() > 29);
+        assert_eq!(found, 1, "scene {k}");
+    }
+}
+
 /// Minus the derivative of the energy with the strain of beads and cell together is the virial heard.
 #[test]
 fn law_virial_is_the_answer_to_a_strain() {

@@ -38,7 +38,7 @@ impl Approach {
     /// assert_eq!((near.s, near.t), (0.0, 0.5));
     /// assert!((near.apart - DVec3::new(0.2, 0.0, 0.2)).length() < 1e-15);
     /// ```
-    #[inline]
+    #[inline(always)]
     pub fn between(middles: DVec3, first: DVec3, second: DVec3, blur: f64) -> Self {
         let b2 = blur * blur;
         let (r1, r2) = (first.length_squared(), second.length_squared());
