@@ -106,8 +106,8 @@ pub(crate) fn figure(task: &Task, case: &Case) -> Result<(), Problem> {
     let size = if task.quick {
         Size {
             edge: 5.0,
-            time: 25.0,
-            reference: 50.0,
+            time: 28.0,
+            reference: 56.0,
             factor: 2.0,
             shortest: 0.02,
         }
