@@ -279,6 +279,33 @@ fn law_no_pair_is_missed_by_several_blocks_of_work() {
     assert!(list.builds() < 3);
 }
 
+/// Cells from a hundred to 1e12 times as wide as the cutoff, where positions in single precision tell nothing of a pair;
+/// half of the partners are just within the cutoff, across faces and edges of the cell among others, half just beyond.
+#[test]
+fn extreme_no_pair_is_missed_in_huge_cells() {
+    for edge in [1e2, 1e4, 1e6, 1e9, 1e12] {
+        let mut rng = start::stream(8);
+        let boundary = Cell::at_rest(cube(edge));
+        let mut positions = start::uniform(boundary.lattice(), 100, &mut rng);
+        for r in positions.iter_mut().take(50) {
+            r.x = 0.5 * edge - 0.3;
+        }
+        for k in 0..100 {
+            let towards = DVec3::from_array(rand_distr::UnitSphere.sample(&mut rng));
+            let distance = if k % 2 == 0 { 0.999 } else { 1.001 };
+            positions.push(boundary.wrap(positions[k] + distance * towards).0);
+        }
+        let system = system(boundary, positions, 1.0);
+        let mut list = VerletList::new(0.0).unwrap();
+        list.refresh(&system.frame(), 1.0).unwrap();
+        let found = pairs::<Cell<false>, _>(&list, 1.0);
+        let expected = pairs_by_images(&system, 1.0);
+        assert_eq!(expected.len(), 50, "{edge}");
+        let named = |pairs: &[Found]| pairs.iter().map(|pair| pair.0).collect::<Vec<_>>();
+        assert_eq!(named(&found), named(&expected), "{edge}");
+    }
+}
+
 #[test]
 fn law_candidates_are_the_pairs_within_cutoff_and_skin() {
     let mut rng = start::stream(3);
