@@ -1,6 +1,8 @@
 //! The driver of non-bonded laws: pairs in batches, several at a time in SIMD lanes, the same bits on any processor
 //! and any number of threads.
 
+mod windows;
+
 use crate::{
     Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row,
     Tally,
@@ -8,6 +10,7 @@ use crate::{
     parallel::{each_block, each_block_of_two, fill_with, for_each_chunk},
 };
 use glam::{DMat3, DVec3};
+use windows::{CHUNK, Sharers, Touched, Window};
 
 /// Non-bonded forces: a law and a source of pairs.
 ///
@@ -39,6 +42,8 @@ pub struct Pairwise<L, N> {
     species: Vec<u8>,
     places: Vec<u32>,
     blocks: Vec<Scratch>,
+    sharers: Sharers,
+    joined: Vec<DVec3>,
     arch: pulp::Arch,
 }
 
@@ -53,6 +58,8 @@ impl<L, N> Pairwise<L, N> {
             species: Vec::new(),
             places: Vec::new(),
             blocks: Vec::new(),
+            sharers: Sharers::default(),
+            joined: Vec::new(),
             arch: pulp::Arch::new(),
         }
     }
@@ -68,17 +75,14 @@ impl<L, N> Pairwise<L, N> {
     }
 }
 
-/// What one block of work needs: a batch of pairs and forces in the source's order.
-#[derive(Clone, Debug)]
+/// What one block of work needs: a batch of pairs, and forces on the particles in its window.
+#[derive(Clone, Debug, Default)]
 struct Scratch {
     batch: Box<Batch>,
+    touched: Touched,
+    window: Window,
     forces: Vec<DVec3>,
-    /// Chunks of `forces` that this block adds to.
-    touched: Vec<bool>,
 }
-
-/// Forces of a block are zeroed and joined in chunks of this many particles, those it touches only.
-const CHUNK: usize = 64;
 
 impl<L: PairForce, N> Pairwise<L, N> {
     /// Copies what the law reads into the source's order: velocities in the laboratory, noise, species.
@@ -112,6 +116,24 @@ impl<L: PairForce, N> Pairwise<L, N> {
         }
     }
 
+    /// Sums the forces of several blocks, in the source's order.
+    fn join(&mut self) {
+        let (blocks, sharers) = (&self.blocks, &self.sharers);
+        self.joined.resize(self.places.len(), DVec3::ZERO);
+        for_each_chunk(&mut self.joined, |start, chunk| {
+            for (first, sums) in (start..).step_by(CHUNK).zip(chunk.chunks_mut(CHUNK)) {
+                sums.fill(DVec3::ZERO);
+                for &block in sharers.of(first) {
+                    let Scratch { window, forces, .. } = &blocks[block as usize];
+                    let forces = &forces[window.place(first as u32)..];
+                    for (sum, &force) in sums.iter_mut().zip(forces) {
+                        *sum += force;
+                    }
+                }
+            }
+        });
+    }
+
     /// Adapts buffers to a new order.
     fn adapt<B: Boundary>(&mut self)
     where
@@ -123,25 +145,23 @@ impl<L: PairForce, N> Pairwise<L, N> {
             self.places[place as usize] = k as u32;
         }
         let (blocks, n) = (self.neighbours.blocks(), order.len());
-        self.blocks.resize_with(blocks, || Scratch {
-            batch: Box::default(),
-            forces: Vec::new(),
-            touched: Vec::new(),
-        });
+        self.blocks.resize_with(blocks, Scratch::default);
         let neighbours = &self.neighbours;
         each_block(&mut self.blocks, |b, scratch| {
-            scratch.forces.resize(n, DVec3::ZERO);
-            scratch.touched.clear();
-            scratch.touched.resize(n.div_ceil(CHUNK), blocks == 1);
-            if blocks > 1 {
+            scratch.window = if blocks == 1 {
+                Window::all(n)
+            } else {
+                scratch.touched.clear(n);
                 neighbours.visit(b, |row| {
-                    scratch.touched[row.i as usize / CHUNK] = true;
-                    for &j in row.js {
-                        scratch.touched[j as usize / CHUNK] = true;
-                    }
+                    scratch.touched.add(row.i);
+                    row.js.iter().for_each(|&j| scratch.touched.add(j));
                 });
-            }
+                Window::around(&scratch.touched)
+            };
+            scratch.forces.resize(scratch.window.len(), DVec3::ZERO);
         });
+        let windows = self.blocks.iter().map(|scratch| scratch.window);
+        self.sharers.find(n, windows);
     }
 }
 
@@ -178,12 +198,13 @@ where
         // A listener to nothing takes no room.
         let mut listeners: Vec<T> = self.blocks.iter().map(|_| tally.fresh()).collect();
         each_block_of_two(&mut self.blocks, &mut listeners, |block, scratch, heard| {
-            scratch.clear();
+            scratch.forces.fill(DVec3::ZERO);
             arch.dispatch(BlockOfWork::<B, L, N, T> {
                 view: &view,
                 neighbours,
                 block,
                 batch: &mut scratch.batch,
+                window: scratch.window,
                 forces: &mut scratch.forces,
                 heard,
                 boundary: std::marker::PhantomData,
@@ -192,16 +213,17 @@ where
         for heard in listeners {
             tally.absorb(heard);
         }
-        let (blocks, places) = (&self.blocks, &self.places);
+        let joined = if let [all] = &self.blocks[..] {
+            &all.forces
+        } else {
+            self.join();
+            &self.joined
+        };
         for_each_chunk(forces, |start, chunk| {
             // A source of nobody has no places.
-            let places = places.get(start..).unwrap_or_default();
+            let places = self.places.get(start..).unwrap_or_default();
             for (force, &k) in chunk.iter_mut().zip(places) {
-                for scratch in blocks {
-                    if scratch.touched[k as usize / CHUNK] {
-                        *force += scratch.forces[k as usize];
-                    }
-                }
+                *force += joined[k as usize];
             }
         });
         Ok(())
@@ -209,19 +231,6 @@ where
 
     fn forget(&mut self) {
         self.neighbours.forget();
-    }
-}
-
-impl Scratch {
-    fn clear(&mut self) {
-        for (chunk, _) in self
-            .forces
-            .chunks_mut(CHUNK)
-            .zip(&self.touched)
-            .filter(|(_, touched)| **touched)
-        {
-            chunk.fill(DVec3::ZERO);
-        }
     }
 }
 
@@ -288,6 +297,7 @@ struct BlockOfWork<'a, B, L, N, T> {
     neighbours: &'a N,
     block: usize,
     batch: &'a mut Batch,
+    window: Window,
     forces: &'a mut [DVec3],
     heard: &'a mut T,
     boundary: std::marker::PhantomData<B>,
@@ -305,6 +315,7 @@ impl<B: Boundary, L: PairForce, N: Neighbours<B>, T: Tally> pulp::NullaryFnOnce
             neighbours,
             block,
             batch,
+            window,
             forces,
             heard,
             ..
@@ -316,13 +327,13 @@ impl<B: Boundary, L: PairForce, N: Neighbours<B>, T: Tally> pulp::NullaryFnOnce
             |row| {
                 for js in row.js.chunks(RUN) {
                     if batch.len + RUN > BATCH {
-                        batch.work_off(view, forces, heard);
+                        batch.work_off(view, window, forces, heard);
                     }
                     batch.take::<B, L>(view, &row, js);
                 }
             },
         );
-        batch.work_off(view, forces, heard);
+        batch.work_off(view, window, forces, heard);
     }
 }
 
@@ -383,6 +394,7 @@ impl Batch {
     fn work_off<L: PairForce, T: Tally>(
         &mut self,
         view: &View<'_, L>,
+        window: Window,
         forces: &mut [DVec3],
         heard: &mut T,
     ) {
@@ -398,8 +410,8 @@ impl Batch {
         }
         for k in 0..len {
             let force = self.f[k] * DVec3::new(self.x[k], self.y[k], self.z[k]);
-            forces[self.i[k] as usize] += force;
-            forces[self.j[k] as usize] -= force;
+            forces[window.place(self.i[k])] += force;
+            forces[window.place(self.j[k])] -= force;
         }
         if T::LISTENS {
             for k in 0..len {

@@ -40,18 +40,92 @@ pub(crate) fn each_block_of_two<S: Send, T: Send>(
 
 /// Calls `work(start, chunk)` for chunks of a column, on whatever threads there are. For work on each particle alone.
 pub fn for_each_chunk<A: Send>(column: &mut [A], work: impl Fn(usize, &mut [A]) + Sync + Send) {
+    for_each_chunk_of(column, work);
+}
+
+/// The same for several columns at once: see [`Cut`].
+///
+/// ```
+/// use zimm_core::for_each_chunk_of;
+///
+/// let (mut places, mut speeds) = (vec![0.0; 9000], vec![2.0; 9000]);
+/// for_each_chunk_of((&mut places[..], &mut speeds[..]), |start, (places, speeds)| {
+///     for (k, (place, speed)) in places.iter_mut().zip(speeds).enumerate() {
+///         *speed *= 0.5;
+///         *place = *speed + (start + k) as f64;
+///     }
+/// });
+/// assert_eq!(places[8999], 9000.0);
+/// ```
+pub fn for_each_chunk_of<C: Cut>(columns: C, work: impl Fn(usize, C) + Sync + Send) {
+    each_chunk_from(0, columns, &work);
+}
+
+fn each_chunk_from<C: Cut>(start: usize, columns: C, work: &(impl Fn(usize, C) + Sync + Send)) {
     const CHUNK: usize = 4096;
-    #[cfg(feature = "rayon")]
-    if column.len() > CHUNK {
-        use rayon::prelude::*;
-        column
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(k, chunk)| work(k * CHUNK, chunk));
+    let chunks = columns.len().div_ceil(CHUNK);
+    if chunks < 2 {
+        if chunks == 1 {
+            pulp::Arch::new().dispatch(Chunk(start, columns, work));
+        }
         return;
     }
-    for (k, chunk) in column.chunks_mut(CHUNK).enumerate() {
-        work(k * CHUNK, chunk);
+    let middle = chunks / 2 * CHUNK;
+    let (first, second) = columns.cut(middle);
+    let one = || each_chunk_from(start, first, work);
+    let other = || each_chunk_from(start + middle, second, work);
+    #[cfg(feature = "rayon")]
+    rayon::join(one, other);
+    #[cfg(not(feature = "rayon"))]
+    {
+        one();
+        other();
+    }
+}
+
+/// Work on one chunk, compiled once for every instruction set.
+struct Chunk<'a, C, W>(usize, C, &'a W);
+
+impl<C: Cut, W: Fn(usize, C)> pulp::NullaryFnOnce for Chunk<'_, C, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self(start, columns, work) = self;
+        work(start, columns);
+    }
+}
+
+/// Columns that are cut at the same place: slices, and pairs of what can be cut. All are as long as the first or have no
+/// entries at all.
+#[allow(clippy::len_without_is_empty)]
+pub trait Cut: Send + Sized {
+    /// Entries of the first column.
+    fn len(&self) -> usize;
+
+    /// What is before an entry, and the rest.
+    fn cut(self, at: usize) -> (Self, Self);
+}
+
+impl<A: Send> Cut for &mut [A] {
+    fn len(&self) -> usize {
+        <[A]>::len(self)
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let at = at.min(<[A]>::len(self));
+        self.split_at_mut(at)
+    }
+}
+
+impl<C: Cut, D: Cut> Cut for (C, D) {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let ((a, b), (c, d)) = (self.0.cut(at), self.1.cut(at));
+        ((a, c), (b, d))
     }
 }
 

@@ -1,8 +1,8 @@
 //! The system, its clock, and the read-only frame that forces and observables see.
 
-use crate::{Boundary, ParameterError, Particles, for_each_chunk, noise::Noise};
+use crate::{Boundary, ParameterError, Particles, Remap, for_each_chunk_of, noise::Noise};
 use glam::{DMat3, DVec3, IVec3};
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// The one copy of time step, temperature, seed and step number.
 ///
@@ -182,39 +182,30 @@ impl<B: Boundary> System<B> {
         }
     }
 
-    /// A copy of the boundary one step ahead, with new positions wrapped into it and image counts brought along. For
-    /// steppers, which work on copies of the columns and change the system only when a step is known to be good.
-    ///
-    /// # Errors
-    /// The index of a particle whose new position is not finite, or 2^26 times farther away than the reach of the
-    /// cell: half of the digits would be lost in wrapping. In open space, where nothing is wrapped, every position
-    /// fits whose square is finite.
-    pub fn settle(&self, positions: &mut [DVec3], images: &mut [IVec3]) -> Result<B, usize> {
-        const FARTHEST: f64 = 67_108_864.0;
+    /// The space one step ahead. For steppers, which work on copies of the columns and change the system only when a
+    /// step is known to be good.
+    pub fn ahead(&self) -> Ahead<B> {
         let mut boundary = self.boundary.clone();
         let remap = boundary.advance(self.clock.next().time);
-        let farthest = FARTHEST * boundary.reach();
-        let fits = |r: DVec3| r.length_squared() < farthest * farthest;
-        let all_fit = AtomicBool::new(true);
-        for_each_chunk(positions, |_, chunk| {
-            if !chunk.iter().all(|&r| fits(r)) {
-                all_fit.store(false, Relaxed);
+        Ahead { boundary, remap }
+    }
+
+    /// The space one step ahead, with new positions wrapped into it and image counts brought along.
+    ///
+    /// # Errors
+    /// The first particle that [`Ahead::wrap`] refuses.
+    pub fn settle(&self, positions: &mut [DVec3], images: &mut [IVec3]) -> Result<B, usize> {
+        let ahead = self.ahead();
+        let first = AtomicUsize::new(usize::MAX);
+        for_each_chunk_of((positions, images), |start, (positions, images)| {
+            if let Err(k) = ahead.wrap(positions, images) {
+                first.fetch_min(start + k, Relaxed);
             }
         });
-        if !all_fit.into_inner() {
-            return Err(positions.iter().position(|&r| !fits(r)).unwrap_or(0));
+        match first.into_inner() {
+            usize::MAX => Ok(ahead.boundary),
+            first => Err(first),
         }
-        for_each_chunk(images, |start, chunk| {
-            for (image, &r) in chunk.iter_mut().zip(&positions[start..]) {
-                *image = remap.apply(*image).wrapping_add(boundary.wrap(r).1);
-            }
-        });
-        for_each_chunk(positions, |_, chunk| {
-            for r in chunk {
-                *r = boundary.wrap(*r).0;
-            }
-        });
-        Ok(boundary)
     }
 
     /// The system as forces and observables see it.
@@ -230,6 +221,43 @@ impl<B: Boundary> System<B> {
             ids: &self.particles.ids,
             slots: &self.particles.slots,
         }
+    }
+}
+
+/// The space one step ahead, for positions to be put into.
+#[derive(Clone, Debug)]
+pub struct Ahead<B> {
+    /// The space then.
+    pub boundary: B,
+    remap: Remap,
+}
+
+impl<B: Boundary> Ahead<B> {
+    /// Wraps new positions and brings image counts, if there are any, along.
+    ///
+    /// # Errors
+    /// The index of a position that is not finite, or 2^26 times farther away than the reach of the cell: half of the
+    /// digits would be lost in wrapping. In open space, where nothing is wrapped, every position fits whose square is
+    /// finite.
+    #[inline]
+    pub fn wrap(&self, positions: &mut [DVec3], images: &mut [IVec3]) -> Result<(), usize> {
+        const FARTHEST: f64 = 67_108_864.0;
+        let farthest = FARTHEST * self.boundary.reach();
+        let fits = |r: DVec3| r.length_squared() < farthest * farthest;
+        let all_fit = positions.iter().fold(true, |all, &r| all & fits(r));
+        if !all_fit {
+            return Err(positions.iter().position(|&r| !fits(r)).unwrap_or(0));
+        }
+        for (image, &r) in images.iter_mut().zip(&*positions) {
+            *image = self
+                .remap
+                .apply(*image)
+                .wrapping_add(self.boundary.wrap(r).1);
+        }
+        for r in positions {
+            *r = self.boundary.wrap(*r).0;
+        }
+        Ok(())
     }
 }
 

@@ -166,14 +166,17 @@ impl VerletList {
         let (reference, order) = (&self.reference, &self.order);
         for_each_chunk(&mut self.positions, |start, chunk| {
             let mut here = Furthest::default();
-            let known = reference[start..].iter().zip(&order[start..]);
-            for (position, (&reference, &place)) in chunk.iter_mut().zip(known) {
+            // A loop of its own, so that many of the loads, which are all over memory, are under way at once.
+            for (position, &place) in chunk.iter_mut().zip(&order[start..]) {
+                *position = frame.positions[place as usize];
+            }
+            for (position, &reference) in chunk.iter_mut().zip(&reference[start..]) {
                 let carried = if B::FLOWS {
                     carry * reference
                 } else {
                     reference
                 };
-                let moved = lattice.rounded(frame.positions[place as usize] - carried);
+                let moved = lattice.rounded(*position - carried);
                 *position = carried + moved;
                 here.hear(moved.length_squared());
             }

@@ -90,26 +90,32 @@ where
     ) -> Result<(), StepError> {
         conservative::<B, F>();
         let stage = &mut self.stage;
-        let (now, next) = (system.clock.now(), system.clock.next());
+        let (now, next, ahead) = (system.clock.now(), system.clock.next(), system.ahead());
         let (half, middle) = (0.5 * now.dt, 0.5 * (now.time + next.time));
+        let first = Streaming::new(&system.boundary, now.time, middle, half);
+        let second = Streaming::new(&system.boundary, middle, next.time, half);
         let mut heard = tally.fresh();
 
-        stage.open(system, field)?;
-        stage.kick(system, half)?;
-        stage.stream::<B>(&Streaming::new(&system.boundary, now.time, middle, half));
+        stage.depart(system, field, false, |flight| {
+            flight.kick(half)?;
+            flight.stream::<B>(&first);
+            Ok(())
+        })?;
         let mut boundary = system.boundary.clone();
         boundary.advance(middle);
         let mut moment = next;
         moment.time = middle;
         self.sweep
             .act(&self.bath, stage, system, (&boundary, moment), &mut heard)?;
-        stage.stream::<B>(&Streaming::new(&system.boundary, middle, next.time, half));
-        let boundary = stage.settle(system)?;
+        stage.go_on(system, |flight| {
+            flight.stream::<B>(&second);
+            flight.settle(&ahead)
+        })?;
 
-        stage.evaluate(system, &boundary, None, field, &mut heard)?;
+        stage.evaluate(system, &ahead.boundary, field, &mut heard)?;
         stage.kick(system, half)?;
         stage.rest::<B, F>(system);
-        stage.commit(system, boundary);
+        stage.commit(system, ahead.boundary);
         tally.absorb(heard);
         Ok(())
     }

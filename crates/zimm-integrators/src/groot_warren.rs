@@ -1,7 +1,7 @@
 //! Velocity Verlet of Groot and Warren.
 
-use crate::stage::{Stage, Streaming, kick};
-use zimm_core::{Boundary, DVec3, ForceField, ParameterError, StepError, Stepper, System, Tally};
+use crate::stage::{Stage, Streaming};
+use zimm_core::{Boundary, ForceField, ParameterError, StepError, Stepper, System, Tally};
 
 /// Velocity Verlet with predicted velocities (Groot and Warren 1997, eq. 22), in a flow and with masses.
 ///
@@ -62,7 +62,6 @@ use zimm_core::{Boundary, DVec3, ForceField, ParameterError, StepError, Stepper,
 pub struct GrootWarren {
     lambda: f64,
     stage: Stage,
-    predicted: Vec<DVec3>,
 }
 
 impl GrootWarren {
@@ -77,7 +76,6 @@ impl GrootWarren {
         Ok(Self {
             lambda,
             stage: Stage::default(),
-            predicted: Vec::new(),
         })
     }
 
@@ -95,29 +93,26 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for GrootWarren {
         field: &mut F,
         tally: &mut T,
     ) -> Result<(), StepError> {
-        let (stage, predicted) = (&mut self.stage, &mut self.predicted);
-        let (now, next) = (system.clock.now(), system.clock.next());
+        let stage = &mut self.stage;
+        let (now, next, ahead) = (system.clock.now(), system.clock.next(), system.ahead());
         let streaming = Streaming::new(&system.boundary, now.time, next.time, now.dt);
         let half = 0.5 * now.dt;
 
-        stage.open(system, field)?;
-        stage.kick(system, half)?;
         let predicts = F::READS.velocity && self.lambda != 0.5;
-        if predicts {
-            predicted.clone_from(&stage.velocities);
-            let ahead = (self.lambda - 0.5) * now.dt;
-            kick(predicted, &stage.forces, system.particles.masses(), ahead);
-            streaming.turn::<B>(predicted);
-        }
-        stage.stream::<B>(&streaming);
-        let boundary = stage.settle(system)?;
+        stage.depart(system, field, predicts, |flight| {
+            flight.kick(half)?;
+            if predicts {
+                flight.predict::<B>((self.lambda - 0.5) * now.dt, &streaming);
+            }
+            flight.stream::<B>(&streaming);
+            flight.settle(&ahead)
+        })?;
 
         let mut heard = tally.fresh();
-        let seen = predicts.then_some(predicted.as_slice());
-        stage.evaluate(system, &boundary, seen, field, &mut heard)?;
+        stage.evaluate(system, &ahead.boundary, field, &mut heard)?;
         stage.kick(system, half)?;
         stage.rest::<B, F>(system);
-        stage.commit(system, boundary);
+        stage.commit(system, ahead.boundary);
         tally.absorb(heard);
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Underdamped Langevin dynamics.
 
-use crate::stage::{Stage, Streaming};
+use crate::stage::{Flight, Stage, Streaming};
 use zimm_core::{
-    Boundary, ForceField, ParameterError, StepError, Stepper, System, Tally, for_each_chunk, noise,
+    Boundary, ForceField, Frame, Now, ParameterError, StepError, Stepper, System, Tally, noise,
 };
 
 /// Langevin dynamics by the splitting BAOAB (Leimkuhler and Matthews 2013), in a flow and with masses.
@@ -63,38 +63,50 @@ impl<B: Boundary, F: ForceField<B>> Stepper<B, F> for Langevin {
         tally: &mut T,
     ) -> Result<(), StepError> {
         let stage = &mut self.stage;
-        let (now, next) = (system.clock.now(), system.clock.next());
+        let (now, next, ahead) = (system.clock.now(), system.clock.next(), system.ahead());
         let (half, middle) = (0.5 * now.dt, 0.5 * (now.time + next.time));
+        let first = Streaming::new(&system.boundary, now.time, middle, half);
+        let second = Streaming::new(&system.boundary, middle, next.time, half);
+        let bath = Bath::new(self.friction, system.clock.next());
 
-        stage.open(system, field)?;
-        stage.kick(system, half)?;
-        stage.stream::<B>(&Streaming::new(&system.boundary, now.time, middle, half));
-        stage.rub(system, self.friction);
-        stage.stream::<B>(&Streaming::new(&system.boundary, middle, next.time, half));
-        let boundary = stage.settle(system)?;
+        stage.depart(system, field, false, |flight| {
+            flight.kick(half)?;
+            flight.stream::<B>(&first);
+            bath.rub(&system.frame(), flight);
+            flight.stream::<B>(&second);
+            flight.settle(&ahead)
+        })?;
 
         let mut heard = tally.fresh();
-        stage.evaluate(system, &boundary, None, field, &mut heard)?;
+        stage.evaluate(system, &ahead.boundary, field, &mut heard)?;
         stage.kick(system, half)?;
-        stage.commit(system, boundary);
+        stage.commit(system, ahead.boundary);
         tally.absorb(heard);
         Ok(())
     }
 }
 
-impl Stage {
-    /// Friction and noise over one time step: an Ornstein-Uhlenbeck process, solved exactly.
-    fn rub<B: Boundary>(&mut self, system: &System<B>, friction: f64) {
-        let (frame, next) = (system.frame(), system.clock.next());
-        let noise = next.noise();
-        let memory = libm::exp(-friction * next.dt);
-        let energy = next.kt * -libm::expm1(-2.0 * friction * next.dt);
-        for_each_chunk(&mut self.velocities, |start, chunk| {
-            for (k, c) in chunk.iter_mut().enumerate() {
-                let place = start + k;
-                let kick = noise.site(frame.id(place)).normal3(noise::Domain::LANGEVIN);
-                *c = memory * *c + (energy / frame.mass(place)).sqrt() * kick;
-            }
-        });
+/// Friction and noise over one time step: an Ornstein-Uhlenbeck process, solved exactly.
+struct Bath {
+    noise: noise::Noise,
+    memory: f64,
+    energy: f64,
+}
+
+impl Bath {
+    fn new(friction: f64, next: Now) -> Self {
+        Self {
+            noise: next.noise(),
+            memory: libm::exp(-friction * next.dt),
+            energy: next.kt * -libm::expm1(-2.0 * friction * next.dt),
+        }
+    }
+
+    fn rub<B: Boundary>(&self, frame: &Frame<'_, B>, flight: &mut Flight<'_>) {
+        for (place, c) in (flight.start..).zip(&mut *flight.velocities) {
+            let site = self.noise.site(frame.id(place));
+            let kick = site.normal3(noise::Domain::LANGEVIN);
+            *c = self.memory * *c + (self.energy / frame.mass(place)).sqrt() * kick;
+        }
     }
 }

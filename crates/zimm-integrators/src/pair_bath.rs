@@ -275,22 +275,20 @@ where
     let (now, next) = (system.clock.now(), system.clock.next());
     let half = 0.5 * now.dt;
 
-    stage.open(system, field)?;
-    stage.kick(system, half)?;
-    stage.stream::<B>(&Streaming::new(
-        &system.boundary,
-        now.time,
-        next.time,
-        now.dt,
-    ));
-    let boundary = stage.settle(system)?;
+    let streaming = Streaming::new(&system.boundary, now.time, next.time, now.dt);
+    let ahead = system.ahead();
+    stage.depart(system, field, false, |flight| {
+        flight.kick(half)?;
+        flight.stream::<B>(&streaming);
+        flight.settle(&ahead)
+    })?;
 
     let mut heard = tally.fresh();
-    stage.evaluate(system, &boundary, None, field, &mut heard)?;
+    stage.evaluate(system, &ahead.boundary, field, &mut heard)?;
     stage.kick(system, half)?;
-    sweep.act(bath, stage, system, (&boundary, next), &mut heard)?;
+    sweep.act(bath, stage, system, (&ahead.boundary, next), &mut heard)?;
     stage.rest::<B, F>(system);
-    stage.commit(system, boundary);
+    stage.commit(system, ahead.boundary);
     tally.absorb(heard);
     Ok(())
 }

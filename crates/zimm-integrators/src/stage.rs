@@ -1,20 +1,75 @@
-//! The next state in the making. Steppers work on copies of the columns that move and swap them in at the end, so that
-//! a step that fails leaves no trace.
+//! The next state in the making. Steppers work on columns of their own and swap them in at the end, so that a step that
+//! fails leaves no trace.
 
 use std::mem::swap;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use zimm_core::{
-    Boundary, DMat3, DVec3, ForceField, IVec3, StepError, System, Tally, for_each_chunk,
+    Ahead, Boundary, DMat3, DVec3, ForceField, IVec3, StepError, System, Tally, for_each_chunk,
+    for_each_chunk_of,
 };
 
-/// Working copies of the columns that move.
+/// The columns that move, in their next state.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stage {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) velocities: Vec<DVec3>,
     pub(crate) forces: Vec<DVec3>,
     images: Vec<IVec3>,
+    /// Velocities that friction is to see, if a stepper predicts any.
+    predicted: Vec<DVec3>,
+    /// Forces of the present state, if the system had none.
+    first: Vec<DVec3>,
     pub(crate) keeps_momentum: bool,
+}
+
+/// A chunk of particles on their way from one evaluation of forces to the next. It stays in the processor's caches
+/// while all that moves it is done.
+pub(crate) struct Flight<'a> {
+    /// Place of the first of them.
+    pub(crate) start: usize,
+    positions: &'a mut [DVec3],
+    pub(crate) velocities: &'a mut [DVec3],
+    predicted: &'a mut [DVec3],
+    images: &'a mut [IVec3],
+    forces: &'a [DVec3],
+    masses: &'a [f64],
+}
+
+/// A particle that cannot go on, by its place in a flight.
+pub(crate) type Lost = usize;
+
+impl Flight<'_> {
+    /// Changes velocities by the forces for a while.
+    pub(crate) fn kick(&mut self, dt: f64) -> Result<(), Lost> {
+        if kick(self.velocities, self.forces, self.masses, dt) {
+            return Ok(());
+        }
+        Err(lost(self.velocities))
+    }
+
+    /// Predicts velocities by the forces for another while, in a flow.
+    pub(crate) fn predict<B: Boundary>(&mut self, dt: f64, streaming: &Streaming) {
+        self.predicted.copy_from_slice(self.velocities);
+        kick(self.predicted, self.forces, self.masses, dt);
+        streaming.turn::<B>(self.predicted);
+    }
+
+    /// Lets particles move without forces for a while.
+    pub(crate) fn stream<B: Boundary>(&mut self, streaming: &Streaming) {
+        for (r, &c) in self.positions.iter_mut().zip(&*self.velocities) {
+            *r = if B::FLOWS {
+                streaming.carry * *r + streaming.reach * c
+            } else {
+                *r + streaming.dt * c
+            };
+        }
+        streaming.turn::<B>(self.velocities);
+    }
+
+    /// Puts the particles into the space that is ahead.
+    pub(crate) fn settle<B: Boundary>(&mut self, ahead: &Ahead<B>) -> Result<(), Lost> {
+        ahead.wrap(self.positions, self.images)
+    }
 }
 
 /// Steps between two removals of momentum. In between rounding grows by `exp(100 rate dt)`, which is 22 000 at
@@ -22,80 +77,138 @@ pub(crate) struct Stage {
 const REMOVAL_INTERVAL: u64 = 100;
 
 impl Stage {
-    /// Copies the present state. Velocities that are not there are zero, forces that are not there are evaluated.
-    pub(crate) fn open<B: Boundary, F: ForceField<B>>(
+    /// Copies the present state and lets it fly, chunk by chunk. Velocities that are not there are zero, forces that are
+    /// not there are evaluated. With a prediction there is room for one.
+    pub(crate) fn depart<B: Boundary, F: ForceField<B>>(
+        &mut self,
+        system: &System<B>,
+        field: &mut F,
+        predicts: bool,
+        fly: impl Fn(&mut Flight<'_>) -> Result<(), Lost> + Sync + Send,
+    ) -> Result<(), StepError> {
+        let particles = &system.particles;
+        let [r, c] = [particles.positions(), particles.velocities()];
+        for column in [&mut self.positions, &mut self.velocities] {
+            column.resize(r.len(), DVec3::ZERO);
+        }
+        self.predicted
+            .resize(if predicts { r.len() } else { 0 }, DVec3::ZERO);
+        self.images.resize(particles.images().len(), IVec3::ZERO);
+        self.meet(system, field)?;
+        self.each_flight(system, |flight| {
+            let here = flight.start..flight.start + flight.positions.len();
+            flight.positions.copy_from_slice(&r[here.clone()]);
+            match c.get(here.clone()) {
+                Some(c) => flight.velocities.copy_from_slice(c),
+                None => flight.velocities.fill(DVec3::ZERO),
+            }
+            if let Some(images) = particles.images().get(here) {
+                flight.images.copy_from_slice(images);
+            }
+            fly(flight)
+        })
+    }
+
+    /// Lets what has departed fly on, chunk by chunk.
+    pub(crate) fn go_on<B: Boundary>(
+        &mut self,
+        system: &System<B>,
+        fly: impl Fn(&mut Flight<'_>) -> Result<(), Lost> + Sync + Send,
+    ) -> Result<(), StepError> {
+        self.each_flight(system, fly)
+    }
+
+    /// Evaluates the forces of the present state if the system has none.
+    fn meet<B: Boundary, F: ForceField<B>>(
         &mut self,
         system: &System<B>,
         field: &mut F,
     ) -> Result<(), StepError> {
         let particles = &system.particles;
-        particles.positions().clone_into(&mut self.positions);
-        particles.images().clone_into(&mut self.images);
-        particles.velocities().clone_into(&mut self.velocities);
-        self.velocities.resize(particles.len(), DVec3::ZERO);
-        particles.forces().clone_into(&mut self.forces);
-        if self.forces.len() != particles.len() {
-            let mut frame = system.frame();
-            frame.velocities = &self.velocities;
-            zero(&mut self.forces, particles.len());
-            let step = system.clock.next().step;
-            return field
-                .accumulate(&frame, &mut self.forces, &mut ())
-                .map_err(|source| StepError::Force { step, source });
+        self.first.clear();
+        if particles.forces().len() == particles.len() {
+            return Ok(());
         }
-        Ok(())
+        self.first.resize(particles.len(), DVec3::ZERO);
+        let mut frame = system.frame();
+        if frame.velocities.is_empty() {
+            self.velocities.fill(DVec3::ZERO);
+            frame.velocities = &self.velocities;
+        }
+        let step = system.clock.next().step;
+        field
+            .accumulate(&frame, &mut self.first, &mut ())
+            .map_err(|source| StepError::Force { step, source })
     }
 
-    /// Changes velocities by the forces for a while.
+    fn each_flight<B: Boundary>(
+        &mut self,
+        system: &System<B>,
+        fly: impl Fn(&mut Flight<'_>) -> Result<(), Lost> + Sync + Send,
+    ) -> Result<(), StepError> {
+        let masses = system.particles.masses();
+        let forces = match system.particles.forces() {
+            [] => &self.first,
+            forces => forces,
+        };
+        let columns = (
+            (&mut self.positions[..], &mut self.velocities[..]),
+            (&mut self.predicted[..], &mut self.images[..]),
+        );
+        let first_lost = AtomicUsize::new(usize::MAX);
+        for_each_chunk_of(columns, |start, columns| {
+            let ((positions, velocities), (predicted, images)) = columns;
+            let end = start + positions.len();
+            let mut flight = Flight {
+                start,
+                positions,
+                velocities,
+                predicted,
+                images,
+                forces: &forces[start..end],
+                masses: masses.get(start..end).unwrap_or_default(),
+            };
+            if let Err(lost) = fly(&mut flight) {
+                first_lost.fetch_min(start + lost, Relaxed);
+            }
+        });
+        match first_lost.into_inner() {
+            usize::MAX => Ok(()),
+            particle => Err(StepError::NotFinite {
+                step: system.clock.next().step,
+                particle,
+                force: forces[particle].to_array(),
+            }),
+        }
+    }
+
+    /// Changes velocities by the new forces for a while.
     pub(crate) fn kick<B: Boundary>(
         &mut self,
         system: &System<B>,
         dt: f64,
     ) -> Result<(), StepError> {
-        if kick(
-            &mut self.velocities,
-            &self.forces,
-            system.particles.masses(),
-            dt,
-        ) {
+        let (forces, masses) = (&self.forces, system.particles.masses());
+        let all_moderate = AtomicBool::new(true);
+        for_each_chunk(&mut self.velocities, |start, chunk| {
+            let end = start + chunk.len();
+            let masses = masses.get(start..end).unwrap_or_default();
+            if !kick(chunk, &forces[start..end], masses, dt) {
+                all_moderate.store(false, Relaxed);
+            }
+        });
+        if all_moderate.into_inner() {
             Ok(())
         } else {
-            Err(self.not_finite(system, |k| is_moderate(self.velocities[k])))
+            Err(self.not_finite(system))
         }
     }
 
-    /// Lets particles move without forces for a while.
-    pub(crate) fn stream<B: Boundary>(&mut self, streaming: &Streaming) {
-        let velocities = &self.velocities;
-        for_each_chunk(&mut self.positions, |start, chunk| {
-            for (r, &c) in chunk.iter_mut().zip(&velocities[start..]) {
-                *r = if B::FLOWS {
-                    streaming.carry * *r + streaming.reach * c
-                } else {
-                    *r + streaming.dt * c
-                };
-            }
-        });
-        streaming.turn::<B>(&mut self.velocities);
-    }
-
-    /// Advances a copy of the boundary by one step and wraps the particles into it.
-    pub(crate) fn settle<B: Boundary>(&mut self, system: &System<B>) -> Result<B, StepError> {
-        system
-            .settle(&mut self.positions, &mut self.images)
-            .map_err(|particle| StepError::NotFinite {
-                step: system.clock.next().step,
-                particle,
-                force: self.forces[particle].to_array(),
-            })
-    }
-
-    /// Evaluates the forces of the new state; `velocities` are those that friction is to see, if not the stage's own.
+    /// Evaluates the forces of the new state. Friction sees the predicted velocities, if there are any.
     pub(crate) fn evaluate<B: Boundary, F: ForceField<B>, T: Tally>(
         &mut self,
         system: &System<B>,
         boundary: &B,
-        velocities: Option<&[DVec3]>,
         field: &mut F,
         tally: &mut T,
     ) -> Result<(), StepError> {
@@ -103,9 +216,13 @@ impl Stage {
         frame.now = system.clock.next();
         frame.boundary = boundary;
         frame.positions = &self.positions;
-        frame.velocities = velocities.unwrap_or(&self.velocities);
+        frame.velocities = match self.predicted[..] {
+            [] => &self.velocities,
+            ref predicted => predicted,
+        };
         frame.images = &self.images;
-        zero(&mut self.forces, frame.len());
+        self.forces.resize(frame.len(), DVec3::ZERO);
+        for_each_chunk(&mut self.forces, |_, chunk| chunk.fill(DVec3::ZERO));
         let step = frame.now.step;
         field
             .accumulate(&frame, &mut self.forces, tally)
@@ -139,7 +256,7 @@ impl Stage {
         if self.velocities.iter().all(|&c| is_moderate(c)) {
             Ok(())
         } else {
-            Err(self.not_finite(system, |k| is_moderate(self.velocities[k])))
+            Err(self.not_finite(system))
         }
     }
 
@@ -154,14 +271,9 @@ impl Stage {
         system.clock.tick();
     }
 
-    fn not_finite<B: Boundary>(
-        &self,
-        system: &System<B>,
-        is_fine: impl Fn(usize) -> bool,
-    ) -> StepError {
-        let particle = (0..self.positions.len())
-            .find(|&k| !is_fine(k))
-            .unwrap_or(0);
+    /// What is wrong with the first velocity that is not moderate.
+    fn not_finite<B: Boundary>(&self, system: &System<B>) -> StepError {
+        let particle = lost(&self.velocities);
         StepError::NotFinite {
             step: system.clock.next().step,
             particle,
@@ -170,27 +282,27 @@ impl Stage {
     }
 }
 
+/// The first velocity that is not moderate.
+fn lost(velocities: &[DVec3]) -> Lost {
+    let first = velocities.iter().position(|&c| !is_moderate(c));
+    first.unwrap_or(0)
+}
+
 /// Adds `dt` times acceleration to velocities; answers whether they are all moderate.
-pub(crate) fn kick(velocities: &mut [DVec3], forces: &[DVec3], masses: &[f64], dt: f64) -> bool {
-    let all_moderate = AtomicBool::new(true);
-    for_each_chunk(velocities, |start, chunk| {
-        let mut moderate = true;
-        if masses.is_empty() {
-            for (c, &f) in chunk.iter_mut().zip(&forces[start..]) {
-                *c += dt * f;
-                moderate &= is_moderate(*c);
-            }
-        } else {
-            for ((c, &f), &m) in chunk.iter_mut().zip(&forces[start..]).zip(&masses[start..]) {
-                *c += (dt / m) * f;
-                moderate &= is_moderate(*c);
-            }
+fn kick(velocities: &mut [DVec3], forces: &[DVec3], masses: &[f64], dt: f64) -> bool {
+    let mut moderate = true;
+    if masses.is_empty() {
+        for (c, &f) in velocities.iter_mut().zip(forces) {
+            *c += dt * f;
+            moderate &= is_moderate(*c);
         }
-        if !moderate {
-            all_moderate.store(false, Relaxed);
+    } else {
+        for ((c, &f), &m) in velocities.iter_mut().zip(forces).zip(masses) {
+            *c += (dt / m) * f;
+            moderate &= is_moderate(*c);
         }
-    });
-    all_moderate.into_inner()
+    }
+    moderate
 }
 
 /// The solution of dr/dt = c + kappa r, dc/dt = -kappa c over an interval: `r' = carry r + reach c`, `c' = turn c`.
@@ -234,20 +346,13 @@ impl Streaming {
     }
 
     /// Turns peculiar velocities by the flow.
-    pub(crate) fn turn<B: Boundary>(&self, velocities: &mut [DVec3]) {
+    fn turn<B: Boundary>(&self, velocities: &mut [DVec3]) {
         if B::FLOWS {
-            for_each_chunk(velocities, |_, chunk| {
-                for c in chunk {
-                    *c = self.turn * *c;
-                }
-            });
+            for c in velocities {
+                *c = self.turn * *c;
+            }
         }
     }
-}
-
-fn zero(forces: &mut Vec<DVec3>, len: usize) {
-    forces.clear();
-    forces.resize(len, DVec3::ZERO);
 }
 
 /// Whether the square of a length is finite, and with it every sum that a scheme makes of such vectors.
@@ -332,16 +437,21 @@ mod tests {
 
     /// 100 steps of free flight from r and c; answers position and velocity in the laboratory at time 2.
     fn fly(flow: &Flow, r: DVec3, c: DVec3) -> (DVec3, DVec3) {
-        let mut stage = Stage {
-            positions: vec![r],
-            velocities: vec![c],
-            ..Stage::default()
+        let (mut positions, mut velocities) = ([r], [c]);
+        let mut flight = Flight {
+            start: 0,
+            positions: &mut positions,
+            velocities: &mut velocities,
+            predicted: &mut [],
+            images: &mut [],
+            forces: &[],
+            masses: &[],
         };
         for n in 0..100 {
             let [from, to] = [n, n + 1].map(|n| 0.02 * f64::from(n));
-            stage.stream::<Flow>(&Streaming::new(flow, from, to, 0.02));
+            flight.stream::<Flow>(&Streaming::new(flow, from, to, 0.02));
         }
-        (stage.positions[0], stage.velocities[0])
+        (positions[0], velocities[0])
     }
 
     const START: (DVec3, DVec3) = (DVec3::new(0.3, -1.2, 0.5), DVec3::new(-0.7, 0.4, 1.1));
