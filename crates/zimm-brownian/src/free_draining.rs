@@ -113,10 +113,15 @@ impl<B: Boundary> Root<B, FreeDraining> for Diagonal {
         scale: f64,
         displacements: &mut [DVec3],
     ) -> Result<(), MobilityError> {
+        const RUN: usize = 128;
         for_each_chunk(displacements, |start, chunk| {
-            for (k, displacement) in chunk.iter_mut().enumerate() {
-                let place = start + k;
-                *displacement += scale * mobility.mobility(place).sqrt() * white.bead(place);
+            let mut noise = [DVec3::ZERO; RUN];
+            for (start, run) in (start..).step_by(RUN).zip(chunk.chunks_mut(RUN)) {
+                let noise = &mut noise[..run.len()];
+                white.beads(start, noise);
+                for ((place, displacement), &mut z) in (start..).zip(run).zip(noise) {
+                    *displacement += scale * mobility.mobility(place).sqrt() * z;
+                }
             }
         });
         Ok(())

@@ -1,10 +1,9 @@
 //! How beads move when forces pull at them, and the square root that makes their noise.
 
-use crate::stage::zero;
 use std::ops::Range;
 use zimm_core::{
     Boundary, DMat3, DVec3, Frame, MobilityError, for_each_chunk,
-    noise::{Domain, Noise},
+    noise::{Domain, Noise, fill_normal3},
 };
 
 /// A mobility operator `M`: beads pulled by forces `F` move at velocities `M F` against the flow.
@@ -119,20 +118,26 @@ impl<'a> White<'a> {
     /// Three numbers for the bead at a place.
     #[inline]
     pub fn bead(&self, place: usize) -> DVec3 {
-        let identity = self.ids.get(place).copied().unwrap_or(place as u32);
-        let attempt = self.attempts.get(place).copied().unwrap_or(0);
-        let domain = Domain::BROWNIAN.again(attempt);
-        self.noise.site(identity).normal3(domain)
+        let mut numbers = [DVec3::ZERO];
+        self.beads(place, &mut numbers);
+        numbers[0]
+    }
+
+    /// The same for a run of beads, at much less cost for each.
+    pub fn beads(&self, start: usize, numbers: &mut [DVec3]) {
+        fill_normal3(numbers, |k| {
+            let place = start + k;
+            let identity = self.ids.get(place).copied().unwrap_or(place as u32);
+            let attempt = self.attempts.get(place).copied().unwrap_or(0);
+            let domain = Domain::BROWNIAN.again(attempt);
+            self.noise.site(identity).word(domain)
+        });
     }
 
     /// The numbers of all beads.
     pub(crate) fn fill(&self, column: &mut Vec<DVec3>, len: usize) {
-        zero(column, len);
-        for_each_chunk(column, |start, chunk| {
-            for (k, z) in chunk.iter_mut().enumerate() {
-                *z = self.bead(start + k);
-            }
-        });
+        column.resize(len, DVec3::ZERO);
+        for_each_chunk(column, |start, chunk| self.beads(start, chunk));
     }
 
     /// Three numbers for a wave, whichever numbering of waves the caller has.

@@ -16,6 +16,8 @@
 //! Known answers in this module's tests pin the mapping; the family's tests check uniformity, and covariance between
 //! pairs that share a particle, between successive steps and between neighbouring seeds.
 
+mod normal;
+
 use glam::DVec3;
 use std::ops::Add;
 
@@ -107,30 +109,73 @@ impl Site {
     }
 
     /// A number from the normal distribution of mean zero and variance one.
-    #[inline]
+    #[inline(always)]
     pub fn normal(self, domain: Domain) -> f64 {
-        normal_pair(self.word(domain)).0
+        normal::pair(self.word(domain)).0
     }
 
     /// Three independent normal numbers of mean zero and variance one.
     #[inline]
     pub fn normal3(self, domain: Domain) -> DVec3 {
-        let first = self.word(domain);
-        let (x, y) = normal_pair(first);
-        let (z, _) = normal_pair(mix(first.wrapping_add(GOLDEN)));
-        DVec3::new(x, y, z)
+        normal3(self.word(domain))
     }
 }
 
-/// Box and Muller (1958) on the two halves of a word; the tail ends at 6.7 standard deviations.
-#[inline]
-fn normal_pair(word: u64) -> (f64, f64) {
-    const UNIT: f64 = 1.0 / 4_294_967_296.0;
-    let radius_draw = ((word >> 32) as f64 + 0.5) * UNIT;
-    let angle_draw = ((word & 0xffff_ffff) as f64 + 0.5) * UNIT;
-    let radius = (-2.0 * libm::log(radius_draw)).sqrt();
-    let (sin, cos) = libm::sincos(std::f64::consts::TAU * angle_draw);
-    (radius * cos, radius * sin)
+/// Three independent normal numbers for each entry of a column, in SIMD lanes: what [`Site::normal3`] makes of the words
+/// at the places 0, 1, ..
+///
+/// ```
+/// use zimm_core::DVec3;
+/// use zimm_core::noise::{Domain, Noise, fill_normal3};
+///
+/// let (noise, domain) = (Noise::new(1, 2), Domain::user(3));
+/// let mut column = vec![DVec3::ZERO; 100];
+/// fill_normal3(&mut column, |place| noise.site(place as u32).word(domain));
+/// assert_eq!(column[99], noise.site(99).normal3(domain));
+/// ```
+pub fn fill_normal3(column: &mut [DVec3], word: impl Fn(usize) -> u64) {
+    pulp::Arch::new().dispatch(Fill(column, word));
+}
+
+struct Fill<'a, W>(&'a mut [DVec3], W);
+
+impl<W: Fn(usize) -> u64> pulp::NullaryFnOnce for Fill<'_, W> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        const RUN: usize = 8;
+        let Self(column, word) = self;
+        for (start, run) in (0..).step_by(RUN).zip(column.chunks_mut(RUN)) {
+            let (mut words, mut numbers) = ([0; RUN], [[0.0; RUN]; 3]);
+            for (k, slot) in words.iter_mut().enumerate().take(run.len()) {
+                *slot = word(start + k);
+            }
+            let [x, y, z] = &mut numbers;
+            for k in 0..RUN {
+                (x[k], y[k]) = normal::pair(words[k]);
+            }
+            for k in 0..RUN {
+                z[k] = normal::pair(second(words[k])).0;
+            }
+            for (k, entry) in run.iter_mut().enumerate() {
+                *entry = DVec3::new(x[k], y[k], z[k]);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn normal3(word: u64) -> DVec3 {
+    let (x, y) = normal::pair(word);
+    let (z, _) = normal::pair(second(word));
+    DVec3::new(x, y, z)
+}
+
+/// The word of the third number.
+#[inline(always)]
+fn second(word: u64) -> u64 {
+    mix(word.wrapping_add(GOLDEN))
 }
 
 #[inline(always)]

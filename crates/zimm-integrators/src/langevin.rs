@@ -2,7 +2,8 @@
 
 use crate::stage::{Flight, Stage, Streaming};
 use zimm_core::{
-    Boundary, ForceField, Frame, Now, ParameterError, StepError, Stepper, System, Tally, noise,
+    Boundary, DVec3, ForceField, Frame, Now, ParameterError, StepError, Stepper, System, Tally,
+    noise,
 };
 
 /// Langevin dynamics by the splitting BAOAB (Leimkuhler and Matthews 2013), in a flow and with masses.
@@ -103,10 +104,18 @@ impl Bath {
     }
 
     fn rub<B: Boundary>(&self, frame: &Frame<'_, B>, flight: &mut Flight<'_>) {
-        for (place, c) in (flight.start..).zip(&mut *flight.velocities) {
-            let site = self.noise.site(frame.id(place));
-            let kick = site.normal3(noise::Domain::LANGEVIN);
-            *c = self.memory * *c + (self.energy / frame.mass(place)).sqrt() * kick;
+        const RUN: usize = 256;
+        let mut kicks = [DVec3::ZERO; RUN];
+        let runs = flight.velocities.chunks_mut(RUN);
+        for (start, velocities) in (flight.start..).step_by(RUN).zip(runs) {
+            let kicks = &mut kicks[..velocities.len()];
+            noise::fill_normal3(kicks, |k| {
+                let site = self.noise.site(frame.id(start + k));
+                site.word(noise::Domain::LANGEVIN)
+            });
+            for ((place, c), &mut kick) in (start..).zip(velocities).zip(kicks) {
+                *c = self.memory * *c + (self.energy / frame.mass(place)).sqrt() * kick;
+            }
         }
     }
 }
