@@ -22,6 +22,7 @@
 mod scene;
 
 mod memory;
+mod states;
 
 use clap::{Parser, ValueEnum};
 use cpu_time::ProcessTime;
@@ -29,7 +30,7 @@ use memory::peak_resident;
 use std::{error::Error, time::Instant};
 use zimm::prelude::*;
 
-type Problem = Box<dyn Error>;
+type Problem = Box<dyn Error + Send + Sync>;
 
 #[derive(Parser)]
 struct Options {
@@ -97,14 +98,8 @@ fn dpd(options: &Options) -> Result<(), Problem> {
 }
 
 fn fene_shear(options: &Options) -> Result<(), Problem> {
-    const BEADS: u32 = 5;
     let meter = Meter::new(options, "fene_shear");
-    let particles = options.particles(24_000);
-    let edge = (particles / 3.0).cbrt();
-    let chains = Molecules::linear(0, (0.1 * particles / f64::from(BEADS)) as u32, BEADS)?;
-    let space = LeesEdwards::new(DVec3::splat(edge), Steady::new(0.2)?)?;
-    let solvent = particles as usize - chains.identities().len();
-    let system = start(space, &chains, 0.8, solvent, 1.0)?;
+    let (system, chains) = states::fene_shear(options.particles(24_000))?;
     let field = (
         Pairwise::new(Dpd::new(25.0, 4.5)?, options.list(0.45)?),
         Bonded::new(Fene::new(20.0, 2.0)?, chains.bonds()),
@@ -118,7 +113,7 @@ fn srp(options: &Options) -> Result<(), Problem> {
     let meter = Meter::new(options, "srp");
     let chains = Molecules::linear(0, options.particles(24_000) as u32 / BEADS, BEADS)?;
     let edge = (f64::from(chains.count() * BEADS) / 3.0).cbrt();
-    let mut system = start(PeriodicBox::cubic(edge)?, &chains, 0.85, 0, 1.0)?;
+    let mut system = states::start(PeriodicBox::cubic(edge)?, &chains, 0.85, 0)?;
     // 3 a = 100 at contact, a range of 3 times 0.8.
     let law = PanManke::new(100.0 / 3.0, 2.4)?;
     let mut field = (
@@ -136,12 +131,8 @@ fn srp(options: &Options) -> Result<(), Problem> {
 }
 
 fn fedosov(options: &Options) -> Result<(), Problem> {
-    const BEADS: u32 = 5;
     let meter = Meter::new(options, "fedosov");
-    let chains = Molecules::linear(0, options.particles(30_000) as u32 / BEADS, BEADS)?;
-    let edge = (f64::from(chains.count() * BEADS) / 30.0).cbrt();
-    let space = PeriodicBox::brick(edge * DVec3::new(5.0, 2.0, 1.0))?;
-    let system = start(space, &chains, 0.5, 0, 1.0)?;
+    let (system, chains) = states::fedosov(options.particles(30_000))?;
     let law = Dpd::new(25.0, 4.5)?
         .with_cutoff(2.0)?
         .with_weight(SquareRoot);
@@ -174,31 +165,9 @@ fn wca_extension(options: &Options) -> Result<(), Problem> {
 fn wca<B: Periodic>(meter: Meter<'_>, space: B, kt: f64) -> Result<(), Problem> {
     let count = (HARD.0 * space.lattice().volume()).round() as usize;
     let positions = start::grid(space.lattice(), count);
-    let system = moving(space, positions, kt)?;
+    let system = states::moving(space, positions, kt)?;
     let field = Pairwise::new(Wca::new(1.0, 1.0)?, meter.options.list(0.3)?);
     meter.run(system, field, Langevin::new(1.0)?, &[(1000, 0.005)])
-}
-
-/// Chains of bonds of one length, and solvent.
-fn start<B: Periodic>(
-    space: B,
-    chains: &Molecules,
-    bond: f64,
-    solvent: usize,
-    kt: f64,
-) -> Result<System<B>, Problem> {
-    let mut rng = start::stream(1);
-    let mut positions = start::chains(space.lattice(), chains, |_| bond, &mut rng);
-    positions.extend(start::uniform(space.lattice(), solvent, &mut rng));
-    moving(space, positions, kt)
-}
-
-/// Particles with thermal velocities.
-fn moving<B: Periodic>(space: B, positions: Vec<DVec3>, kt: f64) -> Result<System<B>, Problem> {
-    let particles = Particles::new(positions)?;
-    let velocities = start::velocities(&particles, kt, &mut start::stream(2))?;
-    let particles = particles.with_velocities(velocities)?;
-    Ok(System::new(space, particles, Clock::new(0.01, kt, 1)?))
 }
 
 impl Options {
