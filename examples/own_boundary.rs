@@ -92,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let velocities = start::velocities(&particles, kt, &mut rng)?;
     let particles = particles.with_velocities(velocities)?;
     let mut system = System::new(space, particles, Clock::new(dt, kt, 1)?);
-    let mut forces = Pairwise::new(Dpd::new(25.0, 4.5)?, VerletList::new(0.3)?);
+    let mut forces = Pairwise::new(Dpd::new(25.0, 4.5)?, VerletList::tuned());
     let mut stepper = GrootWarren::new(0.65)?;
     let (mut temperature, mut stress) = (BlockAverage::new(), BlockAverage::new());
     for step in 0..3000 {

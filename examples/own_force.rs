@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // A tuple of laws is their sum: DPD without its own repulsion is the thermostat.
     let law = (SoftSphere { height }, Dpd::new(0.0, 4.5)?);
-    let mut forces = Pairwise::new(law, VerletList::new(0.4)?);
+    let mut forces = Pairwise::new(law, VerletList::tuned());
     let mut system = System::new(space, particles, Clock::new(0.02, kt, 1)?);
     let mut stepper = GrootWarren::new(0.65)?;
 

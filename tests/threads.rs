@@ -4,7 +4,7 @@
 mod scene;
 
 use rayon::ThreadPoolBuilder;
-use scene::{pairs, scene};
+use scene::scene;
 use zimm::prelude::*;
 
 type Shear = LeesEdwards<Steady>;
@@ -19,7 +19,8 @@ fn start() -> (System<Shear>, Field) {
     let (system, molecules) = scene(space(), 3.0, (500, 0.5), Clock::new(0.02, 1.0, 8).unwrap());
     assert_eq!(system.particles.len(), 10_080);
     let springs = Bonded::new(Fene::new(2.0, 5.0).unwrap(), molecules.bonds());
-    (system, (pairs(Dpd::new(25.0, 4.5).unwrap()), springs))
+    let dpd = Dpd::new(25.0, 4.5).unwrap();
+    (system, (Pairwise::new(dpd, VerletList::tuned()), springs))
 }
 
 /// Takes steps and answers every bit of the state and of the virials and energies on the way.

@@ -3,6 +3,7 @@
 mod cells;
 mod lanes;
 mod search;
+mod tuner;
 
 use crate::neighbours::{cutoff_fits, not_finite};
 use crate::{
@@ -14,6 +15,7 @@ use glam::{DMat3, DVec3};
 use lanes::Packing;
 use search::{Around, Search};
 use std::{ops::Range, sync::Mutex};
+use tuner::Tuner;
 
 /// A half list of all pairs closer than cutoff + skin, made from cells and kept while it is sure to hold every pair
 /// within the cutoff.
@@ -43,6 +45,7 @@ use std::{ops::Range, sync::Mutex};
 #[derive(Clone, Debug)]
 pub struct VerletList {
     skin: f64,
+    tuner: Option<Tuner>,
     made: Option<Made>,
     builds: u64,
     order: Vec<u32>,
@@ -52,6 +55,9 @@ pub struct VerletList {
     blocks: Vec<Block>,
     sorting: Sorting,
 }
+
+/// The thickest skin, in units of the cutoff.
+const THICKEST: f64 = 2.0;
 
 /// When and for what a list was made.
 #[derive(Clone, Debug)]
@@ -126,8 +132,27 @@ impl VerletList {
     /// # Errors
     /// If `skin` is below zero.
     pub fn new(skin: f64) -> Result<Self, ParameterError> {
-        Ok(Self {
-            skin: ParameterError::non_negative("skin", skin)?,
+        let skin = ParameterError::non_negative("skin", skin)?;
+        Ok(Self::with(skin, None))
+    }
+
+    /// A list that chooses its skin from how fast particles move, anew whenever it is made, so that making it and
+    /// looking at its candidates together cost least. The choice depends on the trajectory alone, and is the same on any
+    /// machine.
+    ///
+    /// ```
+    /// # use zimm_core::VerletList;
+    /// let list = VerletList::tuned();
+    /// assert_eq!(list.builds(), 0);
+    /// ```
+    pub fn tuned() -> Self {
+        Self::with(0.0, Some(Tuner::default()))
+    }
+
+    fn with(skin: f64, tuner: Option<Tuner>) -> Self {
+        Self {
+            skin,
+            tuner,
             made: None,
             builds: 0,
             order: Vec::new(),
@@ -136,7 +161,12 @@ impl VerletList {
             shifts: Vec::new(),
             blocks: Vec::new(),
             sorting: Sorting::default(),
-        })
+        }
+    }
+
+    /// How much further than the cutoff the list looks.
+    pub fn skin(&self) -> f64 {
+        self.skin
     }
 
     /// How often the list has been made.
@@ -151,7 +181,7 @@ impl VerletList {
 
     /// How far the list looks.
     fn range(&self, cutoff: f64) -> f64 {
-        cutoff + self.skin.min(2.0 * cutoff)
+        cutoff + self.skin.min(THICKEST * cutoff)
     }
 
     /// Brings positions and shifts of an existing list to now; false if a pair may have been missed.
@@ -195,6 +225,10 @@ impl VerletList {
         } else {
             1.0
         };
+        if let Some(tuner) = &mut self.tuner {
+            let needed = (cutoff + furthest.of_two()) / stretch - cutoff;
+            tuner.hear(needed, THICKEST * cutoff);
+        }
         stretch * self.range(cutoff) - furthest.of_two() >= cutoff
     }
 
@@ -203,7 +237,11 @@ impl VerletList {
         if let Some(particle) = frame.positions.iter().position(|r| !r.is_finite()) {
             return Err(not_finite(particle, frame.positions[particle]));
         }
-        let grid = Grid::new(frame.boundary.lattice(), self.range(cutoff), frame.len());
+        let lattice = frame.boundary.lattice();
+        if let Some(tuner) = &mut self.tuner {
+            self.skin = tuner.next(cutoff, lattice, frame.len());
+        }
+        let grid = Grid::new(lattice, self.range(cutoff), frame.len());
         self.sorting.sort(&grid, frame.positions);
         self.order.clone_from(&self.sorting.order);
         let sorted = &self.sorting.sorted;
@@ -310,6 +348,9 @@ impl<B: Periodic> Neighbours<B> for VerletList {
 
     fn forget(&mut self) {
         self.made = None;
+        if let Some(tuner) = &mut self.tuner {
+            *tuner = Tuner::default();
+        }
     }
 }
 
