@@ -23,13 +23,12 @@ impl Tuner {
     pub(super) fn hear(&mut self, needed: f64, thickest: f64) {
         /// What is not seen again fades within some thirty lists.
         const MEMORY: f64 = 0.97;
-        if self.looks == MOST || !(needed <= thickest) {
-            return;
-        }
-        self.looks += 1;
-        match self.needed.get_mut(self.looks - 1) {
-            Some(known) => *known = needed.max(MEMORY * *known),
-            None => self.needed.push(needed),
+        if self.looks < MOST && needed <= thickest {
+            match self.needed.get_mut(self.looks) {
+                Some(known) => *known = needed.max(MEMORY * *known),
+                None => self.needed.push(needed),
+            }
+            self.looks += 1;
         }
     }
 
