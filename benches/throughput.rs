@@ -73,10 +73,9 @@ enum Workload {
 
 fn main() -> Result<(), Problem> {
     let options = Options::parse();
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.into())
-        .build_global()?;
-    match options.workload {
+    // Inside the pool: work that comes from outside is handed over at every turn.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads.into());
+    pool.build()?.install(|| match options.workload {
         Workload::Dpd => dpd(&options),
         Workload::FeneShear => fene_shear(&options),
         Workload::Srp => srp(&options),
@@ -85,7 +84,7 @@ fn main() -> Result<(), Problem> {
         Workload::WcaExtension => wca_extension(&options),
         Workload::BdMesh => bd_mesh(&options),
         Workload::BdDumbbells => bd_dumbbells(&options),
-    }
+    })
 }
 
 fn dpd(options: &Options) -> Result<(), Problem> {

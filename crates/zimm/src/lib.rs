@@ -18,6 +18,12 @@
 //! | `start` | | random initial states |
 //!
 //! The README holds a scene of 25 lines; the crates' own pages explain each part of it.
+//!
+//! # Threads
+//! Every step shares its work among the threads of the rayon pool that it is in, with the same bits on any number. From a
+//! thread outside of a pool each share of work is handed over and waited for, some ten times a step, which costs a sixth of
+//! the time on two cores: run a scene inside one, with `rayon::ThreadPoolBuilder::new().build()?.install(|| ...)`. Many small
+//! scenes go side by side with [`core::replicas`].
 
 pub use zimm_core as core;
 
