@@ -27,6 +27,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::error::Error;
 use std::fs::{self, File};
+use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use zimm::prelude::*;
 
@@ -122,6 +123,11 @@ struct Run {
 }
 
 fn main() -> Result<(), Problem> {
+    // Inside a pool: from outside, every part of a step would be handed over to it anew.
+    rayon::ThreadPoolBuilder::new().build()?.install(run)
+}
+
+fn run() -> Result<(), Problem> {
     let mut options = Options::parse();
     if options.quick {
         (options.size, options.layers) = (vec![5.0, 16.0, 5.0], 32);
@@ -167,17 +173,16 @@ fn measure(options: &Options, force: f64) -> Result<Run, Problem> {
     );
     let name = format!("beads-{}-force-{force}.checkpoint", options.beads);
     let checkpoint = options.out.join(name);
+    let scene = scene(options, force);
     if options.resume && checkpoint.exists() {
-        let key = |system: &System<PeriodicBox>| {
-            let Now { kt, seed, .. } = system.clock.now();
-            (system.particles.species().to_vec(), kt, seed)
-        };
-        let mut file = std::io::BufReader::new(File::open(&checkpoint)?);
-        let found = load(system.boundary, &mut file)?;
-        if key(&found) != key(&system) {
-            return Err(format!("{} is of another run", checkpoint.display()).into());
+        let mut file = BufReader::new(File::open(&checkpoint)?);
+        let mut found = String::new();
+        file.read_line(&mut found)?;
+        if found != scene {
+            let (name, found, scene) = (checkpoint.display(), found.trim_end(), scene.trim_end());
+            return Err(format!("{name} is of another run, {found}; this one is {scene}").into());
         }
-        system = found;
+        system = load(system.boundary, &mut file)?;
         average.restore(&mut file)?;
     }
     let mut stepper = GrootWarren::new(0.5)?;
@@ -201,7 +206,7 @@ fn measure(options: &Options, force: f64) -> Result<Run, Problem> {
             system.clock.set_dt(DT)?;
         }
         if step.is_multiple_of(STEPS_PER_CHECKPOINT) || step == last {
-            keep(&checkpoint, &system, &mut field, &average)?;
+            keep(&checkpoint, &scene, &system, &mut field, &average)?;
             bar.set_position(step);
         }
     }
@@ -215,15 +220,39 @@ fn measure(options: &Options, force: f64) -> Result<Run, Problem> {
     })
 }
 
-/// State and statistic in one file, which takes the place of the former when it is complete.
+/// All that a run begins with, in a line: one of another scene is not gone on with. Only the time may grow.
+fn scene(options: &Options, force: f64) -> String {
+    let Options {
+        beads,
+        concentration,
+        size,
+        unseen,
+        layers,
+        kt,
+        repulsion,
+        friction,
+        stiffness,
+        limit,
+        seed,
+        ..
+    } = options;
+    format!(
+        "beads {beads} concentration {concentration} force {force} size {size:?} unseen {unseen} layers {layers} kt {kt} \
+         repulsion {repulsion} friction {friction} stiffness {stiffness} limit {limit} seed {seed}\n"
+    )
+}
+
+/// Scene, state and statistic in one file, which takes the place of the former when it is complete.
 fn keep(
     path: &Path,
+    scene: &str,
     system: &System<PeriodicBox>,
     field: &mut Forces,
     average: &StressProfileAverage,
 ) -> Result<(), Problem> {
     let part = path.with_extension("part");
-    let mut file = std::io::BufWriter::new(File::create(&part)?);
+    let mut file = BufWriter::new(File::create(&part)?);
+    file.write_all(scene.as_bytes())?;
     save(system, field, &mut file)?;
     average.save(&mut file)?;
     file.into_inner()?.sync_all()?;

@@ -87,6 +87,11 @@ type Sample = [f64; 3];
 type Space = PlanarMixed<Steady>;
 
 fn main() -> Result<(), Problem> {
+    // Inside a pool: from outside, every part of a step would be handed over to it anew.
+    rayon::ThreadPoolBuilder::new().build()?.install(run)
+}
+
+fn run() -> Result<(), Problem> {
     let options = Options::parse();
     fs::create_dir_all(&options.out)?;
     let (chains, space) = (chains(&options)?, space(&options)?);

@@ -24,7 +24,8 @@ use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use plotters::prelude::*;
 use std::error::Error;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use zimm::prelude::*;
 
@@ -131,6 +132,11 @@ type Beads = Pairwise<DpdConservative<SpeciesMatrix<2>>, VerletList>;
 type Forces<L> = (Beads, Bonded<Fene>, SegmentRepulsion<L, VerletList>);
 
 fn main() -> Result<(), Problem> {
+    // Inside a pool: from outside, every part of a step would be handed over to it anew.
+    rayon::ThreadPoolBuilder::new().build()?.install(run)
+}
+
+fn run() -> Result<(), Problem> {
     let options = Options::parse();
     fs::create_dir_all(&options.out)?;
     match options.flow {
@@ -173,10 +179,9 @@ fn solution<B: Periodic, L: SegmentForce + Copy>(
     let mut stepper = stepper()?;
     let [table, checkpoint] =
         ["csv", "checkpoint"].map(|kind| options.out.join(format!("semidilute_dpd.{kind}")));
+    let scene = scene(options, rate);
     let (mut system, mut samples) = if options.resume && checkpoint.exists() {
-        let system = load_file(flowing, &checkpoint)?;
-        let samples = read(&table, system.clock.now().time)?;
-        (system, samples)
+        go_on(&checkpoint, &scene, flowing)?
     } else {
         let rest = at_rest(options, space(0.0)?, &chains, &mut forces)?;
         let clock = Clock::new(DT, KT, options.seed ^ (1 << 63))?;
@@ -210,7 +215,7 @@ fn solution<B: Periodic, L: SegmentForce + Copy>(
         }
         if step.is_multiple_of(STEPS_PER_CHECKPOINT) || step == last {
             write(&table, &samples)?;
-            save_file(&system, &mut forces, &checkpoint)?;
+            keep(&checkpoint, &scene, &system, &mut forces, &samples)?;
         }
         bar.set_position(step);
     }
@@ -220,6 +225,65 @@ fn solution<B: Periodic, L: SegmentForce + Copy>(
     report(rate, &chains, &system, &samples)?;
     println!("written: {}, {}", table.display(), picture.display());
     Ok(())
+}
+
+/// All that a run begins with, in a line: one of another scene is not gone on with. Only the time may grow.
+fn scene(options: &Options, rate: f64) -> String {
+    let Options {
+        concentration,
+        solvent,
+        flow,
+        phantom,
+        seed,
+        ..
+    } = options;
+    format!(
+        "concentration {concentration} solvent {solvent:?} flow {flow:?} rate {rate} phantom {phantom} seed {seed}\n"
+    )
+}
+
+/// Scene, state and samples in one file, which takes the place of the former when it is complete.
+fn keep<B: Periodic>(
+    path: &Path,
+    scene: &str,
+    system: &System<B>,
+    forces: &mut impl ForceField<B>,
+    samples: &[Sample],
+) -> Result<(), Problem> {
+    let part = path.with_extension("part");
+    let mut file = BufWriter::new(File::create(&part)?);
+    file.write_all(scene.as_bytes())?;
+    save(system, forces, &mut file)?;
+    for x in samples.as_flattened() {
+        file.write_all(&x.to_le_bytes())?;
+    }
+    file.into_inner()?.sync_all()?;
+    Ok(fs::rename(part, path)?)
+}
+
+/// State and samples of an interrupted run.
+fn go_on<B: Periodic>(
+    path: &Path,
+    scene: &str,
+    space: B,
+) -> Result<(System<B>, Vec<Sample>), Problem> {
+    let mut file = BufReader::new(File::open(path)?);
+    let mut found = String::new();
+    file.read_line(&mut found)?;
+    if found != scene {
+        let (name, found, scene) = (path.display(), found.trim_end(), scene.trim_end());
+        return Err(format!("{name} is of another run, {found}; this one is {scene}").into());
+    }
+    let system = load(space, &mut file)?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes)?;
+    let numbers: Vec<f64> = bytes
+        .as_chunks()
+        .0
+        .iter()
+        .map(|eight| f64::from_le_bytes(*eight))
+        .collect();
+    Ok((system, numbers.as_chunks().0.to_vec()))
 }
 
 fn progress_bar(what: &str, steps: u64) -> ProgressBar {
@@ -365,23 +429,6 @@ fn write(path: &Path, samples: &[Sample]) -> Result<(), Problem> {
         text += &(sample.map(|x| x.to_string()).join(",") + "\n");
     }
     Ok(fs::write(path, text)?)
-}
-
-/// The samples up to a time.
-fn read(path: &Path, time: f64) -> Result<Vec<Sample>, Problem> {
-    let sample = |line: &str| -> Option<Sample> {
-        let numbers: Result<Vec<f64>, _> = line.split(',').map(str::parse).collect();
-        numbers.ok()?.try_into().ok()
-    };
-    let damaged = |line: &str| format!("{}: cannot read {line}", path.display());
-    let mut samples = Vec::new();
-    for line in fs::read_to_string(path)?.lines().skip(1) {
-        let sample = sample(line).ok_or_else(|| damaged(line))?;
-        if sample[0] <= time {
-            samples.push(sample);
-        }
-    }
-    Ok(samples)
 }
 
 /// Three quantities against time, and the distances of springs in the second half.

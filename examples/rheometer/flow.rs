@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use zimm::prelude::*;
 
-/// A homogeneous flow.
+/// A flow, homogeneous but for the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Flow {
     /// Shear, u_x = rate y.
@@ -14,6 +14,8 @@ pub(crate) enum Flow {
     Mixed,
     /// Uniaxial extension, u = rate (x, -y/2, -z/2).
     Uniaxial,
+    /// Reverse Poiseuille flow: body forces to and fro, and all rates of shear up to the largest in one run.
+    Rpf,
 }
 
 impl Flow {
@@ -23,6 +25,7 @@ impl Flow {
             Self::Extension => "extension",
             Self::Mixed => "mixed",
             Self::Uniaxial => "uniaxial",
+            Self::Rpf => "rpf",
         }
     }
 
@@ -33,6 +36,7 @@ impl Flow {
             Self::Extension => "planar extension",
             Self::Mixed => "planar mixed flow",
             Self::Uniaxial => "uniaxial extension",
+            Self::Rpf => "reverse Poiseuille flow",
         }
     }
 
@@ -41,17 +45,17 @@ impl Flow {
     /// (sigma_xx - (sigma_yy + sigma_zz) / 2) / rate in uniaxial extension.
     pub(crate) fn customary(self) -> f64 {
         match self {
-            Self::Shear | Self::Mixed => 1.0,
+            Self::Shear | Self::Mixed | Self::Rpf => 1.0,
             Self::Extension => 4.0,
             Self::Uniaxial => 3.0,
         }
     }
 
-    /// The velocity gradient at rate 1.
+    /// The velocity gradient at rate 1, of reverse Poiseuille flow the local one.
     pub(crate) fn shape(self, mixedness: f64) -> DMat3 {
         let diagonal = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
         match self {
-            Self::Shear => DMat3::from_cols(DVec3::ZERO, DVec3::X, DVec3::ZERO),
+            Self::Shear | Self::Rpf => DMat3::from_cols(DVec3::ZERO, DVec3::X, DVec3::ZERO),
             Self::Extension => diagonal(1.0, -1.0, 0.0),
             Self::Uniaxial => diagonal(1.0, -0.5, -0.5),
             Self::Mixed => {

@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example rheometer                        shear, about 70 seconds on two cores
 //! cargo run --release --example rheometer -- --flow extension    or mixed (with --mixedness), or uniaxial
+//! cargo run --release --example rheometer -- --flow rpf          reverse Poiseuille flow, two minutes
 //! cargo run --release --example rheometer -- --chain 20 --spring-repulsion exponential --gamma-la 5
 //! cargo run --release --example rheometer -- --help              all options
 //! ```
@@ -17,6 +18,10 @@
 //! With `--chain N` the same share of the beads belongs to chains of N beads. `--spring-repulsion` keeps their springs
 //! from passing through each other, and `--gamma-la` takes Lowe-Andersen dynamics of that rate instead of friction and
 //! noise: chains as in Clarke's chapter 5, of which the example `semidilute_dpd` is a closer study.
+//!
+//! With `--flow rpf` the cell is 12 x 24 x 12 and holds two channels one above the other, driven to and fro by
+//! `--forces` on every bead. The stress f n y at the distance y from a centre line is imposed, the rate is the slope of
+//! the velocity: each force is a flow curve from zero to its largest rate, and all of them should be one.
 //!
 //! Units are those of DPD: length r_c, mass m of a bead, energy kT, hence time tau = r_c (m / kT)^(1/2).
 //!
@@ -37,6 +42,8 @@
 //!   their number density.
 //! * `<Q^2>/Q_0^2`: mean square length of the dumbbells; of chains `<R_e^2>/L^2`, from end to end over the contour length.
 //!   At rest <Q^2>/Q_0^2 is 3 / (b + 5) = 0.0545 for beads that do not repel each other, and 3 % more for these.
+//! * `force`, `y`, `n_p / mean`, of reverse Poiseuille flow: the body force, the distance from the centre line, and the
+//!   beads of molecules per volume there over their mean, for flow may move them across.
 //! * `T`: kinetic temperature of the peculiar velocities, of 3N - 3 degrees of freedom. The time step makes it half a
 //!   per cent low, and viscous heating raises it as the square of the rate.
 //! * `theory`: dilute dumbbells of the same b at the same De, whose beads do not interact; in shear from the

@@ -29,6 +29,11 @@ pub(crate) struct Options {
     #[arg(allow_negative_numbers = true)]
     pub(crate) rates: Vec<f64>,
 
+    /// Body forces of --flow rpf, each a run, in kT/r_c; some that suit it if not given.
+    #[arg(long, value_name = "FORCE,..", value_delimiter = ',', value_parser = force)]
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) forces: Vec<f64>,
+
     /// The molecules of --method dpd.
     #[command(flatten)]
     pub(crate) solute: Solute,
@@ -173,7 +178,7 @@ impl Options {
         })
     }
 
-    /// What files of one rate are called.
+    /// What files of one rate, or body force, are called.
     pub(crate) fn name_of_run(&self, rate: f64) -> String {
         let solute = self.solute.name();
         match self.flow {
@@ -193,6 +198,13 @@ impl Options {
         W: Into<std::ffi::OsString> + Clone,
     {
         let mut options = Self::try_parse_from(words)?;
+        if let Some(sentence) = options.clash() {
+            let sentence = format!("{sentence}\n");
+            return Err(Self::command().error(ErrorKind::ArgumentConflict, sentence));
+        }
+        if options.forces.is_empty() {
+            options.forces = dpd::DEFAULT_FORCES.to_vec();
+        }
         if options.rates.is_empty() {
             options.rates = match options.method {
                 Method::Dpd => dpd::default_rates(options.flow),
@@ -208,9 +220,24 @@ impl Options {
             let sentence = format!("--rates: {rate} is not between {least} and {most}\n");
             return Err(Self::command().error(ErrorKind::ValueValidation, sentence));
         }
-        options.rates.sort_by(f64::total_cmp);
-        options.rates.dedup();
+        for numbers in [&mut options.rates, &mut options.forces] {
+            numbers.sort_by(f64::total_cmp);
+            numbers.dedup();
+        }
         Ok(options)
+    }
+
+    /// What does not go together.
+    fn clash(&self) -> Option<&'static str> {
+        match (self.flow, self.method) {
+            (Flow::Rpf, Method::Bd) => Some("--flow rpf goes with --method dpd only"),
+            (Flow::Rpf, _) if !self.rates.is_empty() => Some(
+                "--rates does not go with --flow rpf, which has all rates up to those that --forces cause",
+            ),
+            (Flow::Rpf, _) => None,
+            _ if !self.forces.is_empty() => Some("--forces goes with --flow rpf only"),
+            _ => None,
+        }
     }
 }
 
@@ -221,6 +248,10 @@ fn rate(word: &str) -> Result<f64, String> {
         Err(_) if word.trim().is_empty() => Err("at least one rate is needed".into()),
         Err(_) => Err("a rate must be a number".into()),
     }
+}
+
+fn force(word: &str) -> Result<f64, String> {
+    between(word, "a body force", 1e-3, 10.0)
 }
 
 fn mixedness(word: &str) -> Result<f64, String> {
@@ -312,6 +343,7 @@ mod tests {
         let all = "--chain 20 --spring-repulsion exponential --gamma-la 5";
         assert_eq!(name(all), "chain-20-exponential-la-5-shear-0.1");
         assert_eq!(name("--spring-repulsion linear"), "linear-shear-0.1");
+        assert_eq!(name("--flow rpf"), "rpf-0.1");
     }
 
     #[test]
@@ -332,6 +364,13 @@ mod tests {
             "--mixedness 1.5",
             "--mixedness NaN",
             "--flow sideways",
+            "--forces 0.1",
+            "--flow rpf --rates 0.1",
+            "--flow rpf --forces 0",
+            "--flow rpf --forces -0.1",
+            "--flow rpf --forces NaN",
+            "--flow rpf --forces ,",
+            "--method bd --flow rpf",
             "--method md",
             "--chain 1",
             "--chain 1000",
@@ -363,6 +402,7 @@ mod tests {
         ] {
             let sentence = parse(words).unwrap_err();
             let name = words.trim_start_matches("--method bd ");
+            let name = name.trim_start_matches("--flow rpf ");
             let name = name.split(['=', ' ']).next().unwrap();
             assert!(sentence.contains(name), "{words}: {sentence}");
             assert!(

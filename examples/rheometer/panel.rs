@@ -17,15 +17,15 @@ pub(crate) const SOLUTION: RGBColor = RGBColor(205, 85, 20);
 
 /// Points of one colour.
 pub(crate) struct Series {
-    label: &'static str,
+    label: String,
     colour: RGBColor,
     pub(crate) points: Points,
 }
 
 impl Series {
-    pub(crate) fn new(label: &'static str, colour: RGBColor, points: Points) -> Self {
+    pub(crate) fn new(label: impl Into<String>, colour: RGBColor, points: Points) -> Self {
         Self {
-            label,
+            label: label.into(),
             colour,
             points,
         }
@@ -117,7 +117,7 @@ impl Panel<'_> {
             });
             chart
                 .draw_series(bars)?
-                .label(*label)
+                .label(label)
                 .legend(move |(x, y)| Circle::new((x + 9, y), 4, colour.filled()));
         }
         chart

@@ -1,9 +1,29 @@
 //! Records as JSON and CSV, tables.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+use zimm::prelude::*;
 
 /// Numbers under their names, in order.
 pub(crate) type Record = Vec<(String, Value)>;
+
+/// Means and, under names that tell so, their errors.
+pub(crate) fn with_errors(means: &[(&str, Mean)]) -> Record {
+    let both = |(name, mean): &(&str, Mean)| {
+        let error = (format!("{name}_error"), json!(mean.at_least()));
+        [(name.to_string(), json!(mean.value)), error]
+    };
+    means.iter().flat_map(both).collect()
+}
+
+/// The names of those whose errors are lower bounds.
+pub(crate) fn unsettled(means: &[(&str, Mean)]) -> Value {
+    let unknown = |(_, mean): &&(&str, Mean)| mean.standard_error().is_none();
+    means
+        .iter()
+        .filter(unknown)
+        .map(|(name, _)| *name)
+        .collect()
+}
 
 /// One JSON object and the end of the line.
 pub(crate) fn json_line(record: Record) -> String {

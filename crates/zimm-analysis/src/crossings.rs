@@ -1,6 +1,7 @@
 //! How often springs pass through each other, and how close they come.
 
 use crate::AnalysisError;
+use crate::followed::Places;
 use crate::pairs::for_each_pair;
 use zimm_core::{
     Boundary, DVec3, Frame, Item, Molecules, Neighbours, Observable, ParameterError, Tally,
@@ -38,14 +39,8 @@ pub struct Crossings<N> {
     molecules: Molecules,
     bonds: Vec<[u32; 2]>,
     neighbours: N,
-    last: Option<Last>,
-}
-
-/// Positions at the last measurement, by identity.
-#[derive(Clone, Debug)]
-struct Last {
-    time: f64,
-    positions: Vec<DVec3>,
+    /// At the last measurement, by identity.
+    last: Option<Places>,
 }
 
 /// A bond between two measurements, in one image.
@@ -125,7 +120,7 @@ impl<B: Boundary, T, N: Neighbours<B>> Observable<B, T> for Crossings<N> {
         }
         let moved = match &self.last {
             None => vec![DVec3::ZERO; positions.len()],
-            Some(last) => displacements(frame, last, &positions)?,
+            Some(last) => last.moved(frame, &positions)?,
         };
         let sweeps = self.sweeps(frame, &positions, &moved)?;
         let mut crossings = 0;
@@ -155,45 +150,12 @@ impl<B: Boundary, T, N: Neighbours<B>> Observable<B, T> for Crossings<N> {
                 }
             });
         }
-        self.last = Some(Last {
+        self.last = Some(Places {
             time: frame.now.time,
             positions,
         });
         Ok(crossings)
     }
-}
-
-/// How every particle has moved relative to the flow.
-fn displacements<B: Boundary>(
-    frame: &Frame<'_, B>,
-    last: &Last,
-    positions: &[DVec3],
-) -> Result<Vec<DVec3>, AnalysisError> {
-    if last.positions.len() != positions.len() {
-        return Err(AnalysisError::Length {
-            sample: 1,
-            found: positions.len(),
-            expected: last.positions.len(),
-        });
-    }
-    let carry = frame.boundary.carry(last.time, frame.now.time);
-    let most = 0.5 * frame.boundary.reach();
-    let step = |(particle, (&now, &then)): (usize, (&DVec3, &DVec3))| {
-        let moved = frame.boundary.min_image(now - carry * then);
-        let distance = moved.length();
-        let near = distance <= most;
-        if near {
-            Ok(moved)
-        } else {
-            Err(AnalysisError::TooFar {
-                particle,
-                distance,
-                most,
-            })
-        }
-    };
-    let columns = positions.iter().zip(&last.positions);
-    columns.enumerate().map(step).collect()
 }
 
 impl Sweep {

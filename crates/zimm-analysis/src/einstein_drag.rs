@@ -54,14 +54,7 @@ pub fn einstein_drag(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::StandardError;
-    use crate::scene::Random;
-
-    fn known(value: f64, error: f64) -> Mean {
-        let uncertainty = 0.1 * error;
-        let error = StandardError::Plateau { error, uncertainty };
-        Mean { value, error }
-    }
+    use crate::scene::{Random, known};
 
     // Beads of drag zeta in a cell: D = kT / zeta - 2.837297 kT / (6 pi eta L) comes back, for one bead and for chains.
     #[test]

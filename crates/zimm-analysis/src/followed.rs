@@ -3,17 +3,52 @@
 use crate::AnalysisError;
 use zimm_core::{Boundary, DVec3, Frame};
 
+/// Where things were at a moment.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    pub(crate) time: f64,
+    pub(crate) positions: Vec<DVec3>,
+}
+
+impl Places {
+    /// How far each has come relative to the flow, to these positions, any image of them, at the moment of the frame.
+    pub(crate) fn moved<B: Boundary>(
+        &self,
+        frame: &Frame<'_, B>,
+        positions: &[DVec3],
+    ) -> Result<Vec<DVec3>, AnalysisError> {
+        if self.positions.len() != positions.len() {
+            return Err(AnalysisError::Length {
+                sample: 1,
+                found: positions.len(),
+                expected: self.positions.len(),
+            });
+        }
+        let carry = frame.boundary.carry(self.time, frame.now.time);
+        let most = 0.5 * frame.boundary.reach();
+        let step = |(particle, (&now, &then)): (usize, (&DVec3, &DVec3))| {
+            let moved = frame.boundary.min_image(now - carry * then);
+            let distance = moved.length();
+            let near = distance <= most;
+            if near {
+                Ok(moved)
+            } else {
+                Err(AnalysisError::TooFar {
+                    particle,
+                    distance,
+                    most,
+                })
+            }
+        };
+        let columns = positions.iter().zip(&self.positions);
+        columns.enumerate().map(step).collect()
+    }
+}
+
 /// Where things were and how far they have come.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Followed {
-    last: Option<Last>,
-}
-
-#[derive(Clone, Debug)]
-struct Last {
-    time: f64,
-    positions: Vec<DVec3>,
-    displacements: Vec<DVec3>,
+    last: Option<(Places, Vec<DVec3>)>,
 }
 
 impl Followed {
@@ -23,42 +58,27 @@ impl Followed {
         frame: &Frame<'_, B>,
         positions: Vec<DVec3>,
     ) -> Result<Vec<DVec3>, AnalysisError> {
-        let mut displacements = vec![DVec3::ZERO; positions.len()];
-        if let Some(last) = &self.last {
-            if last.positions.len() != positions.len() {
-                return Err(AnalysisError::Length {
-                    sample: 1,
-                    found: positions.len(),
-                    expected: last.positions.len(),
-                });
+        let displacements = match &self.last {
+            None => vec![DVec3::ZERO; positions.len()],
+            Some((last, before)) => {
+                let moved = last.moved(frame, &positions)?;
+                before
+                    .iter()
+                    .zip(moved)
+                    .map(|(d, step)| *d + step)
+                    .collect()
             }
-            let carry = frame.boundary.carry(last.time, frame.now.time);
-            let most = 0.5 * frame.boundary.reach();
-            for (particle, (&now, &then)) in positions.iter().zip(&last.positions).enumerate() {
-                let moved = frame.boundary.min_image(now - carry * then);
-                let distance = moved.length();
-                if distance > most {
-                    return Err(AnalysisError::TooFar {
-                        particle,
-                        distance,
-                        most,
-                    });
-                }
-                displacements[particle] = last.displacements[particle] + moved;
-            }
-        }
-        self.last = Some(Last {
-            time: frame.now.time,
-            positions,
-            displacements: displacements.clone(),
-        });
+        };
+        let time = frame.now.time;
+        self.last = Some((Places { time, positions }, displacements.clone()));
         Ok(displacements)
     }
 
     /// Goes on from these positions at the moment of the frame, with no displacement in between.
     pub(crate) fn rebase<B>(&mut self, frame: &Frame<'_, B>, positions: Vec<DVec3>) {
-        if let Some(last) = &mut self.last {
-            (last.time, last.positions) = (frame.now.time, positions);
+        let time = frame.now.time;
+        if let Some((last, _)) = &mut self.last {
+            *last = Places { time, positions };
         }
     }
 }

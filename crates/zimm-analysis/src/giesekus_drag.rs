@@ -1,6 +1,6 @@
 //! The drag coefficient of a bead, from dumbbells in a steady flow.
 
-use crate::tensor::{contract, trace};
+use crate::tensor::{contract, trace, traceless};
 use crate::{AnalysisError, Mean, RatioAverage};
 use zimm_core::{DMat3, Estimator, ParameterError};
 
@@ -47,12 +47,8 @@ impl GiesekusDrag {
     pub fn new(gradient: DMat3, kt: f64) -> Result<Self, ParameterError> {
         let a = gradient + gradient.transpose();
         let square = ParameterError::positive("square of the rate of deformation", contract(a, a))?;
-        let growth = trace(&gradient);
-        if growth.abs() > 1e-10 * square.sqrt() {
-            return Err(ParameterError::new("trace of the gradient", growth, "zero"));
-        }
         Ok(Self {
-            gradient,
+            gradient: traceless(gradient, square.sqrt())?,
             kt: ParameterError::positive("kt", kt)?,
             deformation: RatioAverage::new(),
             trace: RatioAverage::new(),

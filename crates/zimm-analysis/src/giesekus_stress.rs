@@ -79,7 +79,8 @@ impl<B: Boundary, T, Z: Fn(u8) -> f64> Observable<B, T> for GiesekusStress<Z> {
 mod tests {
     use super::*;
     use crate::scene::{
-        Flow, Hooke, at, chains_of_moments, planar, planar_mixed, rouse_moments, system,
+        Flow, Hooke, at, chains_of_moments, fene_in_planar_flow, planar, planar_mixed,
+        rouse_moments, system,
     };
     use crate::{ChainStress, GyrationTensor};
     use approx::assert_relative_eq;
@@ -150,13 +151,7 @@ mod tests {
     #[test]
     fn reference_fene_dumbbells_in_mixed_flow() {
         let mut rows = 0;
-        for line in include_str!("../tests/data/fene_planar_flow.csv")
-            .lines()
-            .skip(1)
-        {
-            let words = line.split(',').take(12);
-            let numbers: Vec<f64> = words.map(|word| word.parse().unwrap()).collect();
-            let [b, e, g, xx, xy, yy, zz, _, _, fxx, fxy, fyy] = numbers.try_into().unwrap();
+        for [b, e, g, xx, xy, yy, zz, _, _, fxx, fxy, fyy] in fene_in_planar_flow() {
             assert_eq!(b, 50.0);
             // The connector is sqrt(2) times the mode.
             let positions = chains_of_moments(&[planar(xx, xy, yy, zz) * 0.5]);

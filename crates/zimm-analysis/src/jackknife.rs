@@ -1,5 +1,6 @@
 //! Functions of many means of the same run.
 
+use crate::segments::{Join, Segments, grouped};
 use crate::{AnalysisError, Mean, StandardError};
 use std::io::{self, Read, Write};
 use zimm_core::Estimator;
@@ -7,7 +8,7 @@ use zimm_core::Estimator;
 /// The means of many quantities that are sampled together, and the error of any function of them, however they are
 /// correlated with each other and in time.
 ///
-/// The run is kept as the means of 32 to 63 blocks of equal length: when there are 64, each pair becomes one block of
+/// The run is kept as the sums of 32 to 63 blocks of equal length: when there are 64, each pair becomes one block of
 /// twice the length, so memory does not grow. The error of a function F is that of the jackknife,
 ///
 /// ```text
@@ -35,12 +36,8 @@ use zimm_core::Estimator;
 #[derive(Clone, Debug)]
 pub struct Jackknife {
     width: usize,
-    blocks: Vec<Vec<f64>>,
-    /// Samples in each block.
-    length: u64,
-    /// The sum of the samples of the block to come.
-    sum: Vec<f64>,
-    waiting: u64,
+    /// The sums of the samples of each block.
+    blocks: Segments<Vec<f64>>,
     samples: u64,
     misfit: Option<AnalysisError>,
 }
@@ -61,10 +58,7 @@ impl Jackknife {
     pub fn new(quantities: usize) -> Self {
         Self {
             width: quantities,
-            blocks: Vec::new(),
-            length: 1,
-            sum: vec![0.0; quantities],
-            waiting: 0,
+            blocks: Segments::new(MOST),
             samples: 0,
             misfit: None,
         }
@@ -83,12 +77,13 @@ impl Jackknife {
         if let Some(misfit) = &self.misfit {
             return Err(io::Error::new(io::ErrorKind::InvalidData, misfit.clone()));
         }
-        let blocks = self.blocks.len() as u64;
-        let head = [self.width as u64, blocks, self.length, self.waiting];
+        let complete = self.blocks.complete();
+        let (length, filled) = (self.blocks.length(), self.blocks.filled());
+        let head = [self.width as u64, complete.len() as u64, length, filled];
         for number in head.into_iter().chain([self.samples]) {
             out.write_all(&number.to_le_bytes())?;
         }
-        for x in self.blocks.iter().flatten().chain(&self.sum) {
+        for x in complete.iter().flatten().chain(self.blocks.open()) {
             out.write_all(&x.to_le_bytes())?;
         }
         Ok(())
@@ -107,11 +102,12 @@ impl Jackknife {
         for number in &mut head {
             *number = u64::from_le_bytes(eight()?);
         }
-        let [width, blocks, length, waiting, samples] = head;
+        let [width, blocks, length, filled, samples] = head;
         let seen = blocks
             .checked_mul(length)
-            .and_then(|n| n.checked_add(waiting));
-        if width != self.width as u64 || blocks >= MOST as u64 || seen != Some(samples) {
+            .and_then(|n| n.checked_add(filled));
+        let fits = width == self.width as u64 && blocks < MOST as u64 && filled < length;
+        if !fits || seen != Some(samples) {
             let why = format!(
                 "no statistic of {} quantities: {width} in {blocks} blocks of {length}",
                 self.width
@@ -126,12 +122,10 @@ impl Jackknife {
         for _ in 0..blocks {
             rows.push(row()?);
         }
+        let open = if filled > 0 { row()? } else { Vec::new() };
         *self = Self {
             width: self.width,
-            blocks: rows,
-            length,
-            sum: row()?,
-            waiting,
+            blocks: Segments::resumed(MOST, (rows, length), (open, filled)),
             samples,
             misfit: None,
         };
@@ -172,7 +166,8 @@ impl Jackknife {
             means.push(run.means()?);
         }
         let values = function(&means)?;
-        let fewest = runs.iter().map(|run| run.blocks.len()).min().unwrap_or(0);
+        let blocks = runs.iter().map(|run| run.blocks.complete().len());
+        let fewest = blocks.min().unwrap_or(0);
         let mut errors = Vec::new();
         for size in GROUPS {
             let groups = fewest / size;
@@ -219,14 +214,18 @@ impl Jackknife {
         if let Some(misfit) = &self.misfit {
             return Err(misfit.clone());
         }
-        if self.blocks.len() < 2 {
+        let blocks = self.blocks.complete();
+        if blocks.len() < 2 {
             return Err(AnalysisError::TooFew {
                 what: "samples",
                 found: self.samples,
                 needed: 2,
             });
         }
-        Ok(mean(&self.blocks, self.width))
+        Ok(over(
+            total(blocks),
+            blocks.len() as f64 * self.blocks.length() as f64,
+        ))
     }
 
     /// (G - 1) / G times the sum of squared deviations of a function as each of G groups of blocks is left out.
@@ -235,21 +234,15 @@ impl Jackknife {
         size: usize,
         mut function: impl FnMut(Vec<f64>) -> Result<Vec<f64>, AnalysisError>,
     ) -> Result<Vec<f64>, AnalysisError> {
-        let groups: Vec<_> = self
-            .blocks
-            .chunks_exact(size)
-            .map(|group| mean(group, self.width))
-            .collect();
-        let (all, count) = (mean(&groups, self.width), groups.len() as f64);
+        let groups = grouped(self.blocks.complete(), size);
+        let (all, count) = (total(&groups), groups.len() as f64);
+        let samples = (count - 1.0) * size as f64 * self.blocks.length() as f64;
         let mut found = Vec::new();
         for group in &groups {
-            let without = all
-                .iter()
-                .zip(group)
-                .map(|(all, one)| (count * all - one) / (count - 1.0));
-            found.push(function(without.collect())?);
+            let without = all.iter().zip(group).map(|(all, one)| all - one);
+            found.push(function(over(without.collect(), samples))?);
         }
-        let centre = mean(&found, found.first().map_or(0, Vec::len));
+        let centre = over(total(&found), count);
         let mut squares = vec![0.0; centre.len()];
         for values in &found {
             for ((square, x), c) in squares.iter_mut().zip(values).zip(&centre) {
@@ -282,23 +275,7 @@ impl Estimator for Jackknife {
             self.misfit.get_or_insert(problem);
         }
         self.samples += 1;
-        self.waiting += 1;
-        for (sum, x) in self.sum.iter_mut().zip(sample) {
-            *sum += x;
-        }
-        if self.waiting < self.length {
-            return;
-        }
-        let scale = (self.length as f64).recip();
-        let block = self.sum.iter().map(|sum| sum * scale).collect();
-        self.blocks.push(block);
-        self.sum.fill(0.0);
-        self.waiting = 0;
-        if self.blocks.len() == MOST {
-            let pairs = self.blocks.chunks_exact(2);
-            self.blocks = pairs.map(|pair| mean(pair, self.width)).collect();
-            self.length *= 2;
-        }
+        self.blocks.add(|open| open.join(&sample));
     }
 
     fn estimate(&self) -> Self::Estimate {
@@ -306,17 +283,26 @@ impl Estimator for Jackknife {
     }
 }
 
-/// The mean of rows.
-fn mean(rows: &[Vec<f64>], width: usize) -> Vec<f64> {
-    let mut mean = vec![0.0; width];
-    for row in rows {
-        for (mean, x) in mean.iter_mut().zip(row) {
-            *mean += x;
+/// Sums, quantity by quantity; nothing is zero.
+impl Join for Vec<f64> {
+    fn join(&mut self, later: &Self) {
+        if self.is_empty() {
+            self.clone_from(later);
+        } else {
+            self.iter_mut().zip(later).for_each(|(sum, x)| *sum += x);
         }
     }
-    let scale = (rows.len().max(1) as f64).recip();
-    mean.iter_mut().for_each(|mean| *mean *= scale);
-    mean
+}
+
+fn total(rows: &[Vec<f64>]) -> Vec<f64> {
+    let mut total = Vec::new();
+    rows.iter().for_each(|row| total.join(row));
+    total
+}
+
+fn over(mut sums: Vec<f64>, count: f64) -> Vec<f64> {
+    sums.iter_mut().for_each(|sum| *sum /= count);
+    sums
 }
 
 #[cfg(test)]
@@ -389,9 +375,10 @@ mod tests {
         let mut jackknife = Jackknife::new(3);
         for k in 0..10_000_u32 {
             jackknife.push(vec![f64::from(k), 1.0, -2.0]);
-            assert!(jackknife.blocks.len() < MOST);
+            assert!(jackknife.blocks.complete().len() < MOST);
         }
-        let seen = jackknife.blocks.len() as u64 * jackknife.length;
+        let blocks = &jackknife.blocks;
+        let seen = blocks.complete().len() as u64 * blocks.length();
         assert!(jackknife.samples() == 10_000 && seen > 9_700, "{seen}");
         let means = jackknife.estimate().unwrap();
         assert!((means[0].value - 0.5 * (seen - 1) as f64).abs() < 1e-8);
@@ -413,8 +400,8 @@ mod tests {
             let mut again = Jackknife::new(2);
             again.restore(&mut file.as_slice()).unwrap();
             assert_eq!(
-                (again.blocks.clone(), again.samples),
-                (jackknife.blocks.clone(), jackknife.samples)
+                (again.blocks.complete(), again.samples),
+                (jackknife.blocks.complete(), jackknife.samples)
             );
             assert_eq!(again.estimate(), jackknife.estimate());
             assert!(Jackknife::new(3).restore(&mut file.as_slice()).is_err());

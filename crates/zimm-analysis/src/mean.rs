@@ -1,5 +1,6 @@
 //! A mean and what is known of its error.
 
+use crate::independent::of_independent;
 use crate::{AnalysisError, PolynomialFit};
 use std::fmt;
 
@@ -78,29 +79,7 @@ impl Mean {
     ///
     /// For quantities of the same run, average the difference of the samples instead.
     pub fn minus_independent(self, other: Self) -> Self {
-        let value = self.value - other.value;
-        let total = self.at_least().hypot(other.at_least());
-        let error = match (self.error, other.error) {
-            (
-                StandardError::Plateau {
-                    error: a,
-                    uncertainty: da,
-                },
-                StandardError::Plateau {
-                    error: b,
-                    uncertainty: db,
-                },
-            ) => StandardError::Plateau {
-                error: total,
-                uncertainty: if total > 0.0 {
-                    (a * da).hypot(b * db) / total
-                } else {
-                    0.0
-                },
-            },
-            _ => StandardError::AtLeast(total),
-        };
-        Self { value, error }
+        of_independent(self.value - other.value, [(1.0, self), (-1.0, other)])
     }
 
     /// About how many more samples it takes to know the mean to this relative error; none if it is known already.

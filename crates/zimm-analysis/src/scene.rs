@@ -1,5 +1,6 @@
 //! What the tests need: a tilted cell that shears, and random numbers.
 
+use crate::{Mean, StandardError};
 use std::f64::consts::PI;
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{
@@ -45,6 +46,25 @@ impl Random {
     pub(crate) fn within(&mut self, cell: DMat3) -> DVec3 {
         cell * DVec3::new(self.uniform(), self.uniform(), self.uniform())
     }
+}
+
+/// A mean whose error is known to a tenth.
+pub(crate) fn known(value: f64, error: f64) -> Mean {
+    let uncertainty = 0.1 * error;
+    let error = StandardError::Plateau { error, uncertainty };
+    Mean { value, error }
+}
+
+/// FENE dumbbells, b = 50, in shear and mixed flow, in units of l_H, lambda_H and kT: b, rate e, rate g, <QQ> as xx, xy,
+/// yy, zz, two columns more, and <QF> as xx, xy, yy, from a spectral solution of the Fokker-Planck equation.
+pub(crate) fn fene_in_planar_flow() -> Vec<[f64; 12]> {
+    let table = include_str!("../tests/data/fene_planar_flow.csv");
+    let row = |line: &str| {
+        let words = line.split(',').take(12);
+        let numbers: Vec<f64> = words.map(|word| word.parse().unwrap()).collect();
+        numbers.try_into().unwrap()
+    };
+    table.lines().skip(1).map(row).collect()
 }
 
 /// A lattice carried by the shear u = rate y, its basis reduced at all times.

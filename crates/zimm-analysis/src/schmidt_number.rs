@@ -48,12 +48,7 @@ pub fn schmidt_number(
 mod tests {
     use super::*;
     use crate::StandardError;
-
-    fn known(value: f64, error: f64) -> Mean {
-        let uncertainty = 0.1 * error;
-        let error = StandardError::Plateau { error, uncertainty };
-        Mean { value, error }
-    }
+    use crate::scene::known;
 
     // Published for the fluid of Lowe and Andersen, density 4, in a cell of edge 6: eta = 6.61, 28.6 and 63.7, D =
     // 0.0463, 0.0108 and 0.0060 give 36, 660 and 2650. Relative errors of 3 and 4 % make 5 %.

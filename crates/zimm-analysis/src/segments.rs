@@ -29,6 +29,21 @@ impl<T: Join> Segments<T> {
         }
     }
 
+    /// As another was: stretches of so many samples that are complete, and one that is open with what it has.
+    pub(crate) fn resumed(
+        most: usize,
+        (complete, length): (Vec<T>, u64),
+        (open, filled): (T, u64),
+    ) -> Self {
+        Self {
+            complete,
+            open,
+            most,
+            length,
+            filled,
+        }
+    }
+
     /// Adds one sample to the stretch that is open.
     pub(crate) fn add(&mut self, take: impl FnOnce(&mut T)) {
         take(&mut self.open);
@@ -51,6 +66,11 @@ impl<T: Join> Segments<T> {
     /// What is not a whole stretch yet.
     pub(crate) fn open(&self) -> &T {
         &self.open
+    }
+
+    /// Samples in the open stretch.
+    pub(crate) fn filled(&self) -> u64 {
+        self.filled
     }
 
     /// Samples in a complete stretch.

@@ -47,7 +47,7 @@ const TRANSIENT: f64 = 8.0;
 /// Rates that show something.
 pub(crate) fn default_rates(flow: Flow) -> Vec<f64> {
     match flow {
-        Flow::Shear | Flow::Mixed => vec![0.1, 0.3, 1.0, 3.0, 10.0],
+        Flow::Shear | Flow::Rpf | Flow::Mixed => vec![0.1, 0.3, 1.0, 3.0, 10.0],
         Flow::Extension | Flow::Uniaxial => vec![0.1, 0.3, 0.5, 0.7, 1.0, 2.0, 5.0],
     }
 }

@@ -9,7 +9,7 @@ use crate::Problem;
 use crate::flow::Flow;
 use crate::options::Options;
 use crate::panel::{INK, POLYMER, Panel, Series, spread};
-use crate::text::{Record, aligned, csv, json_line};
+use crate::text::{Record, aligned, csv, json_line, with_errors};
 use indicatif::ProgressBar;
 use plotters::prelude::*;
 use serde_json::json;
@@ -72,14 +72,11 @@ impl Row {
             ("flow".into(), json!(self.flow.name())),
             ("rate".into(), json!(self.rate)),
         ];
-        for (name, mean) in [
+        record.extend(with_errors(&[
             ("viscosity", self.viscosity),
             ("first_normal_difference", self.first_difference),
             ("end_to_end_squared", self.end_to_end),
-        ] {
-            record.push((name.into(), json!(mean.value)));
-            record.push((format!("{name}_error"), json!(mean.at_least())));
-        }
+        ]));
         let theory = |part: fn(&(f64, Averages)) -> f64| json!(self.theory.as_ref().map(part));
         record.extend([
             (
@@ -166,7 +163,7 @@ fn in_a_cell(
     let volume = FEWEST * f64::from(model.beads) / model.bead_concentration()?;
     let reach = model.spring().limit().min(8.0).max(0.5 * volume.cbrt());
     match options.flow {
-        Flow::Shear => {
+        Flow::Shear | Flow::Rpf => {
             let space = LeesEdwards::new(DVec3::splat(2.0 * reach), history)?;
             in_cell(&SteadyFlow::new(options, model, rate), model, space, clock)
         }
@@ -228,7 +225,7 @@ impl<B: Boundary> Experiment for SteadyFlow<B> {
         // unfold.
         let time = scene.longest_time();
         let time = match self.flow {
-            Flow::Shear | Flow::Mixed => {
+            Flow::Shear | Flow::Rpf | Flow::Mixed => {
                 let contour = self.limit * f64::from(molecules.beads() - 1).sqrt();
                 time * (self.rate * time / contour).max(1.0).powf(-2.0 / 3.0)
             }

@@ -2,8 +2,8 @@
 
 use super::measure::Sample;
 use crate::Problem;
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use zimm::prelude::*;
 
@@ -108,20 +108,62 @@ impl Kept {
         let name = self.checkpoint.display();
         let fluid = load_file(fresh.boundary.clone(), &self.checkpoint)
             .map_err(|error| format!("{name}: {error}"))?;
-        let key = |fluid: &System<B>| {
-            let Now { dt, kt, seed, .. } = fluid.clock.now();
-            (fluid.particles.len(), dt, kt, seed)
-        };
-        if key(&fluid) != key(fresh) {
-            let (found, expected) = (key(&fluid), key(fresh));
-            let why = format!(
-                "(particles, dt, kT, seed of the noise) are {found:?} in it and {expected:?} here"
-            );
-            return Err(format!("{name} is of another run: {why}").into());
-        }
+        same_run(&fluid, fresh).map_err(|why| format!("{name} {why}"))?;
         let samples = read_samples(&self.samples, fluid.clock.now().step)?;
         Ok(Some((fluid, samples)))
     }
+
+    /// Writes the state and, behind it, what has been averaged.
+    pub(crate) fn save_average<B: Periodic>(
+        &self,
+        fluid: &System<B>,
+        forces: &mut impl ForceField<B>,
+        average: &StressProfileAverage,
+    ) -> Result<(), Problem> {
+        let part = self.checkpoint.with_extension("part");
+        let mut file = BufWriter::new(File::create(&part)?);
+        save(fluid, forces, &mut file)?;
+        average.save(&mut file)?;
+        file.into_inner()?.sync_all()?;
+        Ok(fs::rename(part, &self.checkpoint)?)
+    }
+
+    /// The state, if there is one, with the average up to it. `fresh` is what a run would begin with.
+    pub(crate) fn load_average<B: Periodic>(
+        &self,
+        fresh: &System<B>,
+        average: &mut StressProfileAverage,
+    ) -> Result<Option<System<B>>, Problem> {
+        if !self.checkpoint.exists() {
+            return Ok(None);
+        }
+        let mut file = BufReader::new(File::open(&self.checkpoint)?);
+        let mut found = || -> Result<System<B>, Problem> {
+            let fluid = load(fresh.boundary.clone(), &mut file)?;
+            same_run(&fluid, fresh)?;
+            average.restore(&mut file)?;
+            Ok(fluid)
+        };
+        let name = self.checkpoint.display();
+        let fluid = found().map_err(|error| format!("{name}: {error}"))?;
+        Ok(Some(fluid))
+    }
+}
+
+/// Refuses the state of another run.
+fn same_run<B>(fluid: &System<B>, fresh: &System<B>) -> Result<(), String> {
+    let key = |fluid: &System<B>| {
+        let Now { dt, kt, seed, .. } = fluid.clock.now();
+        (fluid.particles.len(), dt, kt, seed)
+    };
+    if key(fluid) == key(fresh) {
+        return Ok(());
+    }
+    let (found, expected) = (key(fluid), key(fresh));
+    let what = "(particles, dt, kT, seed of the noise)";
+    Err(format!(
+        "is of another run: {what} are {found:?} in it and {expected:?} here"
+    ))
 }
 
 fn read_samples(path: &Path, last_step: u64) -> io::Result<Vec<Sample>> {

@@ -1,51 +1,7 @@
-//! A solution of dissipative particles.
-//!
-//! # What is simulated
-//! A cube of edge 12 with 5184 beads at density 3 is sheared by Lees-Edwards boundaries; extension and mixed flow take
-//! the smallest cell in which images stay 12 apart (Kraynik-Reinelt and its kin). All beads are alike: DPD with
-//! a = 25, gamma = 10 and the weight of Fan et al. (2006), w_D = (1 - r)^(1/2), whose friction is felt more than that of
-//! Groot and Warren's (1 - r)^2. Every fourth bead belongs to a dumbbell, held by a FENE spring of extensibility
-//! b = H Q_0^2 / kT = 50 and limit Q_0 = 6. After Clarke (PhD thesis, MIT 2008, chapter 4).
-//!
-//! With `--chain N` the same share of the beads belongs to chains of N beads. `--spring-repulsion` keeps their springs
-//! from passing through each other, and `--gamma-la` takes Lowe-Andersen dynamics of that rate instead of friction and
-//! noise: chains as in Clarke's chapter 5, of which the example `semidilute_dpd` is a closer study.
-//!
-//! Units are those of DPD: length r_c, mass m of a bead, energy kT, hence time tau = r_c (m / kT)^(1/2).
-//!
-//! # What the columns mean
-//! * `rate`: of shear, u_x = rate y; of planar extension, u = rate (x, -y, 0); of uniaxial extension,
-//!   u = rate (x, -y/2, -z/2); of mixed flow the strain rate Gamma, u = rate (sqrt(chi) x + (1 - chi) y,
-//!   -sqrt(chi) y, 0) with chi the mixedness.
-//! * `De`: Deborah number, lambda_H rate with lambda_H = zeta / 4H. The friction zeta of a bead is not put in, it is
-//!   found: Kramers' and Giesekus' expressions for the stress of dumbbells agree if, in shear, zeta = 4 <F_x Q_y> /
-//!   (rate <Q_y^2>), with F the tension between the beads, spring less repulsion. All rates together give one zeta.
-//!   For chains lambda_1 = zeta / (8 H sin^2(pi / 2N)) takes the place of lambda_H, and twice the sum of R R over beads,
-//!   R from their centre, that of Q Q: the same for two beads.
-//! * `eta`, `Psi_1`: viscosity and (sigma_xx - sigma_yy) / rate^2 of the whole solution, from the stress of all forces
-//!   and of the beads' motion; tension is positive. The viscosity is sigma_xy / rate in shear, eta_1 =
-//!   (sigma_xx - sigma_yy) / rate in planar extension, Trouton's (sigma_xx - (sigma_yy + sigma_zz) / 2) / rate in
-//!   uniaxial extension and Hounkonnou's in mixed flow, sigma : A / (A : A) with A = kappa + kappa^T.
-//! * `eta_p*`, `Psi_1p*`: the dumbbells' share by Kramers' expression, over n kT lambda_H and n kT lambda_H^2, with n
-//!   their number density.
-//! * `<Q^2>/Q_0^2`: mean square length of the dumbbells; of chains `<R_e^2>/L^2`, from end to end over the contour length.
-//!   At rest <Q^2>/Q_0^2 is 3 / (b + 5) = 0.0545 for beads that do not repel each other, and 3 % more for these.
-//! * `T`: kinetic temperature of the peculiar velocities, of 3N - 3 degrees of freedom. The time step makes it half a
-//!   per cent low, and viscous heating raises it as the square of the rate.
-//! * `theory`: dilute dumbbells of the same b at the same De, whose beads do not interact; in shear from the
-//!   Fokker-Planck equation (De up to 10) and Brownian dynamics (above), in extension exact. Blank outside
-//!   0.01 < De < 300 (3 in extension) and in mixed flow.
-//!
-//! Errors are one standard error, from block averages, in units of the last digits: 0.912(12) is 0.912 +- 0.012. Where
-//! the block average has not levelled off, the error is a lower bound: 0.912(>12). The error of lambda_H, common to
-//! all rates, is told below the table and is not part of the starred columns' errors.
-//!
-//! # How to read the comparison
-//! zeta is chosen so that Giesekus' relation holds, hence in shear eta_p* is H <Q_y^2> / kT: that column compares the
-//! dumbbells' width across the flow with theory. Psi_1p* and the extension depend on the choice through De alone. Agreement is
-//! within ten per cent: real beads repel each other, and they stir a solvent that takes its time to follow, so that
-//! the beads of a long dumbbell feel more friction than those of a short one.
+//! A solution of dissipative particles, whose particulars are told at the head of the example.
 
+mod channel;
+mod channel_report;
 mod kept;
 mod measure;
 mod plot;
@@ -101,11 +57,14 @@ const STEPS_PER_CHECKPOINT: u64 = 1000;
 /// Soft beads, springs, and what keeps springs apart.
 type Forces<L> = (Pairwise<L, VerletList>, Bonded<Fene>, SpringRepulsion);
 
+/// Body forces that show something: rates up to 0.2 and 1.
+pub(crate) const DEFAULT_FORCES: [f64; 2] = [0.04, 0.2];
+
 /// Rates that show something. Extension stretches vortices that vary along the neutral axis of planar flows: beyond a
 /// rate of 0.3, which is nu (2 pi / L_z)^2 of this fluid in this cell, the fluid would stir itself.
 pub(crate) fn default_rates(flow: Flow) -> Vec<f64> {
     match flow {
-        Flow::Shear => vec![0.1, 0.2, 0.4, 0.8],
+        Flow::Shear | Flow::Rpf => vec![0.1, 0.2, 0.4, 0.8],
         Flow::Extension | Flow::Mixed | Flow::Uniaxial => vec![0.05, 0.1, 0.2, 0.28],
     }
 }
@@ -117,6 +76,7 @@ pub(crate) fn rheogram(options: &Options) -> Result<(), Problem> {
         Flow::Extension => scheme(options, spaces::extension),
         Flow::Mixed => scheme(options, |rate| spaces::mixed(rate, options.mixedness)),
         Flow::Uniaxial => scheme(options, spaces::uniaxial),
+        Flow::Rpf => channels(options),
     }
 }
 
@@ -126,37 +86,55 @@ fn scheme<B: Periodic>(
     space: impl Fn(f64) -> Result<B, Problem> + Sync,
 ) -> Result<(), Problem> {
     match options.solute.gamma_la {
-        None => {
-            let beads = Dpd::new(REPULSION, FRICTION)?.with_weight(SquareRoot);
-            scene(options, space, beads, GrootWarren::new(LAMBDA)?)
-        }
-        Some(rate) => {
-            let beads = DpdConservative::new(REPULSION, 1.0)?;
-            let stepper = LoweAndersen::new(rate, 1.0, VerletList::new(SKIN)?)?;
-            scene(options, space, beads, stepper)
-        }
+        None => scene(&with_friction(options)?, space),
+        Some(rate) => scene(&redrawn(options, rate)?, space),
     }
+}
+
+fn channels(options: &Options) -> Result<(), Problem> {
+    match options.solute.gamma_la {
+        None => channel::rheogram(&with_friction(options)?),
+        Some(rate) => channel::rheogram(&redrawn(options, rate)?),
+    }
+}
+
+/// Friction and noise after Groot and Warren.
+fn with_friction(
+    options: &Options,
+) -> Result<Solution<'_, Dpd<f64, SquareRoot>, GrootWarren>, ParameterError> {
+    Ok(Solution {
+        options,
+        beads: Dpd::new(REPULSION, FRICTION)?.with_weight(SquareRoot),
+        stepper: GrootWarren::new(LAMBDA)?,
+    })
+}
+
+/// Relative velocities drawn anew after Lowe and Andersen.
+fn redrawn(
+    options: &Options,
+    rate: f64,
+) -> Result<Solution<'_, DpdConservative, LoweAndersen<VerletList>>, ParameterError> {
+    Ok(Solution {
+        options,
+        beads: DpdConservative::new(REPULSION, 1.0)?,
+        stepper: LoweAndersen::new(rate, 1.0, VerletList::new(SKIN)?)?,
+    })
 }
 
 /// Build, warm up, let it flow, report.
 fn scene<B, L, S>(
-    options: &Options,
+    solution: &Solution<'_, L, S>,
     space: impl Fn(f64) -> Result<B, Problem> + Sync,
-    beads: L,
-    stepper: S,
 ) -> Result<(), Problem>
 where
     B: Periodic,
     L: PairForce + Clone,
     S: Stepper<B, Forces<L>> + Clone + Sync,
 {
-    let solution = Solution {
-        options,
-        beads,
-        stepper,
-    };
+    let options = solution.options;
     let fluid = solution.at_rest(space(0.0)?)?;
-    let bar = progress_bar(options);
+    let steps = options.rates.iter().map(|&rate| last_step(rate, options));
+    let bar = progress_bar(steps.sum());
     let rates = options.rates.par_iter();
     let runs: Vec<Run> = rates
         .map(|&rate| {
@@ -188,12 +166,7 @@ where
     Ok(io::stdout().write_all(report.as_bytes())?)
 }
 
-fn progress_bar(options: &Options) -> ProgressBar {
-    let steps = options
-        .rates
-        .iter()
-        .map(|&rate| last_step(rate, options))
-        .sum();
+fn progress_bar(steps: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("flowing [{bar:40}] {percent:>3} %, {eta} left");
     ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
@@ -317,11 +290,15 @@ fn transient(rate: f64, solute: Solute) -> u64 {
 
 /// The step at which a rate is done, always one with a checkpoint.
 fn last_step(rate: f64, options: &Options) -> u64 {
-    let measurement = if options.quick {
+    let steps = transient(rate, options.solute) + (measurement(options) / DT) as u64;
+    steps.next_multiple_of(STEPS_PER_CHECKPOINT)
+}
+
+/// Time that counts.
+fn measurement(options: &Options) -> f64 {
+    if options.quick {
         QUICK_MEASUREMENT
     } else {
         MEASUREMENT
-    };
-    let steps = transient(rate, options.solute) + (measurement / DT) as u64;
-    steps.next_multiple_of(STEPS_PER_CHECKPOINT)
+    }
 }

@@ -26,18 +26,14 @@ pub(crate) fn draw(
     let dumbbells = solute.chain == 2;
     let either = |of_dumbbells, of_chains| if dumbbells { of_dumbbells } else { of_chains };
     let abscissa = either("De = λ_H × rate", "De = λ_1 × rate");
-    let molecules = if dumbbells {
-        "dumbbells".to_string()
-    } else {
-        format!("chains of {} beads", solute.chain)
-    };
     let root = SVGBackend::new(path, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let (heading, body) = root.split_vertically(44);
     let style = TextStyle::from(("sans-serif", 22)).color(&INK);
     heading.draw_text(
         &format!(
-            "FENE {molecules} (b = 50) in a DPD solvent, {}",
+            "FENE {} (b = 50) in a DPD solvent, {}",
+            solute.title(),
             flow.title()
         ),
         &style,

@@ -46,7 +46,7 @@ const TABLE: [[f64; 4]; 12] = [
 /// Where the reference comes from.
 pub(crate) fn source(flow: Flow) -> &'static str {
     match flow {
-        Flow::Shear => "by the Fokker-Planck equation (De <= 10) or Brownian dynamics",
+        Flow::Shear | Flow::Rpf => "by the Fokker-Planck equation (De <= 10) or Brownian dynamics",
         Flow::Extension | Flow::Uniaxial => "exact",
         Flow::Mixed => "not known in closed form for this flow",
     }
@@ -55,7 +55,7 @@ pub(crate) fn source(flow: Flow) -> &'static str {
 /// The reference at a Deborah number, if there is one.
 pub(crate) fn dumbbell(flow: Flow, deborah: f64) -> Option<Dumbbell> {
     match flow {
-        Flow::Shear => RANGE.contains(&deborah).then(|| sheared(deborah)),
+        Flow::Shear | Flow::Rpf => RANGE.contains(&deborah).then(|| sheared(deborah)),
         Flow::Extension | Flow::Uniaxial => RANGE_OF_EXTENSION
             .contains(&deborah)
             .then(|| extended(flow, deborah)),

@@ -3,7 +3,7 @@
 use super::reference;
 use super::solute::Solute;
 use crate::flow::Flow;
-use crate::text::{Record, aligned};
+use crate::text::{Record, aligned, unsettled, with_errors};
 use serde_json::json;
 use zimm::prelude::*;
 
@@ -69,15 +69,7 @@ impl Row {
             ("deborah".into(), json!(self.deborah)),
             ("deborah_error".into(), json!(self.deborah_error)),
         ];
-        for (name, mean) in self.means() {
-            record.push((name.into(), json!(mean.value)));
-            record.push((format!("{name}_error"), json!(mean.at_least())));
-        }
-        let unsettled = self
-            .means()
-            .into_iter()
-            .filter(|(_, mean)| mean.standard_error().is_none());
-        let unsettled: Vec<_> = unsettled.map(|(name, _)| name).collect();
+        record.extend(with_errors(&self.means()));
         record.extend([
             (
                 "theory_polymer_viscosity".into(),
@@ -89,7 +81,7 @@ impl Row {
                 json!(theory.map(|t| t.extension)),
             ),
             ("seconds".into(), json!(self.seconds)),
-            ("unsettled".into(), json!(unsettled)),
+            ("unsettled".into(), unsettled(&self.means())),
         ]);
         record
     }

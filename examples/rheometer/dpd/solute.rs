@@ -50,6 +50,14 @@ impl Solute {
         name
     }
 
+    /// As it reads in a sentence.
+    pub(crate) fn title(&self) -> String {
+        match self.chain {
+            2 => "dumbbells".into(),
+            beads => format!("chains of {beads} beads"),
+        }
+    }
+
     /// Springs of a chain.
     pub(crate) fn springs(&self) -> f64 {
         f64::from(self.chain - 1)

@@ -33,3 +33,9 @@ pub(crate) fn uniaxial(rate: f64) -> Result<UniaxialExtension<Steady>, Problem> 
         Steady::new(rate)?,
     )?)
 }
+
+/// Two channels above each other. Springs reach across half of it.
+pub(crate) fn channels(height: f64) -> Result<PeriodicBox, Problem> {
+    let edge = 2.0 * LIMIT;
+    Ok(PeriodicBox::brick(DVec3::new(edge, height, edge))?)
+}
