@@ -2,10 +2,10 @@
 
 use crate::{
     Mobility,
-    columns::norm,
+    columns::{norm, rescale},
     connected::{Block, Part, blocks},
+    coupling::Coupling,
     flow::Carry,
-    mixing::Mixing,
     one_bond::lengths,
     relaxation::{Problem, Relaxation, Unsolved, end, safe},
     stage::zero,
@@ -36,11 +36,9 @@ pub(crate) struct Implicit {
     bonds: Vec<[u32; 2]>,
     particles: usize,
     works: Vec<Work>,
-    lagged: Vec<DVec3>,
-    residual: Vec<DVec3>,
-    pulled: Vec<DVec3>,
-    tension: Vec<DVec3>,
-    mixing: Mixing,
+    /// What acts at the end of the step beside springs.
+    pub(crate) others: Vec<DVec3>,
+    coupling: Coupling,
 }
 
 /// The columns of one block, slot by slot. Positions are relative to the centre of the set, which goes with the flow.
@@ -101,8 +99,6 @@ impl Implicit {
         forces: &[DVec3],
         mobility: &M,
     ) -> Result<(), StepError> {
-        // Nothing is carried over from the last step, so that a run may stop and go on.
-        self.lagged.clear();
         for work in &mut self.works {
             let place = |&identity: &u32| frame.place(identity).unwrap_or(0) as u32;
             work.places.clear();
@@ -133,11 +129,11 @@ impl Implicit {
         }
     }
 
-    /// Takes all springs off the forces on all beads.
-    pub(crate) fn take_from(&self, forces: &mut [DVec3]) {
+    /// Takes all springs off the other forces.
+    pub(crate) fn leave_others(&mut self) {
         for work in &self.works {
             for (&place, spring) in work.places.iter().zip(&work.springs) {
-                forces[place as usize] -= *spring;
+                self.others[place as usize] -= *spring;
             }
         }
     }
@@ -165,16 +161,53 @@ impl Implicit {
         });
     }
 
-    /// Lets springs act on the released beads.
+    /// Takes forces for those at the end of the step until more is known: those of springs that are not too strong, and
+    /// the others; `velocities` are what they move beads at. Nothing is carried over from the last step, so that a run
+    /// may stop and go on.
+    pub(crate) fn expect<B: Boundary, S, M: Mobility<B>>(
+        &mut self,
+        scene: &Scene<'_, S>,
+        mobility: &M,
+        forces: &[DVec3],
+        velocities: &[DVec3],
+    ) {
+        if M::DIAGONAL {
+            return;
+        }
+        let half = 0.5 * scene.dt;
+        let coupling = &mut self.coupling;
+        coupling.expect(half, mobility, forces, velocities);
+        for work in &self.works {
+            for (k, &place) in work.places.iter().enumerate() {
+                let place = place as usize;
+                let dropped = work.dropped.get(k).copied().unwrap_or_default();
+                let tension = work.springs[k] - dropped;
+                coupling.tension[place] = tension;
+                coupling.pulled[place] = half * work.mobilities[k] * tension;
+            }
+        }
+    }
+
+    /// Lets springs and others act on the released beads, to the scene's tolerance of what springs do and to `rough` of
+    /// all displacements.
     pub(crate) fn solve<B: Boundary, S: BondForce, M: Mobility<B>>(
         &mut self,
         scene: &Scene<'_, S>,
         mobility: &mut M,
+        rough: f64,
     ) -> Result<(), StepError> {
         if M::DIAGONAL {
-            self.solve_alone(scene, 1.0)
+            let lagged = &mut self.coupling.lagged;
+            lagged.clear();
+            if !self.others.is_empty() {
+                zero(lagged, self.particles);
+                mobility.apply(&self.others, lagged);
+                rescale(lagged, 0.5 * scene.dt);
+            }
+            self.coupling.factor = 1.0;
+            self.solve_alone(scene)
         } else {
-            self.solve_together(scene, mobility)
+            self.solve_together(scene, mobility, rough)
         }
     }
 
@@ -190,14 +223,11 @@ impl Implicit {
         }
     }
 
-    /// Solves as if every bead moved by its own force alone, `factor` times as fast as it would; what `lagged` holds
-    /// is added to the displacements.
-    fn solve_alone<S: BondForce>(
-        &mut self,
-        scene: &Scene<'_, S>,
-        factor: f64,
-    ) -> Result<(), StepError> {
-        let (lagged, time) = (&self.lagged, 0.5 * scene.dt * factor);
+    /// Solves as if every bead moved by its own force alone, by a factor faster than it would; what is lagged is added to
+    /// the displacements.
+    fn solve_alone<S: BondForce>(&mut self, scene: &Scene<'_, S>) -> Result<(), StepError> {
+        let Coupling { lagged, factor, .. } = &self.coupling;
+        let time = 0.5 * scene.dt * factor;
         each_block(&mut self.works, |_, work| work.solve(scene, time, lagged));
         match self.works.iter().find_map(|work| work.outcome) {
             None => Ok(()),
@@ -210,67 +240,53 @@ impl Implicit {
         }
     }
 
-    /// Solves with all forces of springs moving all beads. Each round solves for beads alone and lags the difference.
-    /// That converges if beads alone move at least half as fast as any set of forces of the same size moves them, so
-    /// they are made to move faster when it does not.
+    /// Solves with all forces moving all beads. Each round solves for beads alone and lags the difference, which takes
+    /// one product, of what has changed of the forces since the last; none if that is too little to matter. It converges
+    /// if beads alone move at least half as fast as any set of forces of the same size moves them, so they are made to
+    /// move faster when it does not.
     fn solve_together<B: Boundary, S: BondForce, M: Mobility<B>>(
         &mut self,
         scene: &Scene<'_, S>,
         mobility: &mut M,
+        rough: f64,
     ) -> Result<(), StepError> {
-        let particles = self.particles;
-        let mut factor = 1.0;
-        self.mixing.forget();
-        if self.lagged.len() != particles {
-            zero(&mut self.lagged, particles);
-        }
         let (mut best, mut since, mut reached) = (f64::INFINITY, 0, f64::NAN);
-        for _ in 0..ROUNDS {
-            self.solve_alone(scene, factor)?;
-            zero(&mut self.pulled, particles);
-            zero(&mut self.tension, particles);
-            for work in &self.works {
-                for (k, &place) in work.places.iter().enumerate() {
-                    let pulled = work.solution[k] - work.target[k];
-                    self.pulled[place as usize] = pulled;
-                    self.tension[place as usize] = (0.5 * scene.dt / work.pull[k]) * pulled;
+        self.coupling.mixing.forget();
+        for round in 0..ROUNDS {
+            self.coupling.learn(0.5 * scene.dt, mobility, &self.others);
+            let coupling = &mut self.coupling;
+            if round == 0 {
+                coupling.lag();
+            } else {
+                coupling.miss();
+                let error = norm(&coupling.residual);
+                reached = error / norm(&coupling.pulled).max(f64::MIN_POSITIVE);
+                if error <= self.enough(scene, rough) {
+                    return Ok(());
+                }
+                if reached.is_nan() {
+                    break;
+                }
+                let coupling = &mut self.coupling;
+                if error < 0.5 * best {
+                    (best, since) = (error, 0);
+                } else {
+                    since += 1;
+                }
+                if since == 12 {
+                    coupling.hasten();
+                    (best, since) = (f64::INFINITY, 0);
+                } else {
+                    coupling
+                        .mixing
+                        .mix(&mut coupling.lagged, &coupling.residual);
                 }
             }
-            // What these tensions move all beads by, less what was taken for it.
-            zero(&mut self.residual, particles);
-            mobility.apply(&self.tension, &mut self.residual);
-            let moved = norm(&self.residual);
-            for ((residual, pulled), lagged) in
-                (self.residual.iter_mut().zip(&self.pulled)).zip(&self.lagged)
-            {
-                *residual -= *pulled + *lagged;
-            }
-            let error = norm(&self.residual);
-            reached = error / moved.max(f64::MIN_POSITIVE);
-            if error <= scene.tolerance * moved {
+            self.solve_alone(scene)?;
+            let wrong = self.hear();
+            if wrong <= self.enough(scene, rough) {
                 return Ok(());
             }
-            if reached.is_nan() {
-                break;
-            }
-            if error < 0.5 * best {
-                (best, since) = (error, 0);
-            } else {
-                since += 1;
-            }
-            if since == 12 {
-                // The tensions stay, and with them what they are to move; beads alone are now faster.
-                for ((lagged, residual), pulled) in
-                    (self.lagged.iter_mut().zip(&self.residual)).zip(&self.pulled)
-                {
-                    *lagged += *residual - *pulled;
-                }
-                factor *= 2.0;
-                self.mixing.forget();
-                (best, since) = (f64::INFINITY, 0);
-                continue;
-            }
-            self.mixing.mix(&mut self.lagged, &self.residual);
         }
         Err(StepError::NotSolved {
             step: scene.step,
@@ -278,6 +294,51 @@ impl Implicit {
             reached,
             asked: scene.tolerance,
         })
+    }
+}
+
+impl Implicit {
+    /// How small an error need be: a part of what springs do, and a rough part of all displacements.
+    fn enough<S>(&self, scene: &Scene<'_, S>, rough: f64) -> f64 {
+        let coupling = &self.coupling;
+        let springs = norm(&coupling.pulled) / coupling.factor;
+        let all = |work: &Work| -> f64 {
+            let apart = work.solution.iter().zip(&work.start);
+            apart.map(|(a, b)| (*a - *b).length_squared()).sum()
+        };
+        let all = if rough > 0.0 {
+            self.works.iter().map(all).sum::<f64>().sqrt()
+        } else {
+            0.0
+        };
+        scene.tolerance * springs + rough * all
+    }
+
+    /// Hears of the forces of springs in the last solution. How wrong it can be, judged by what others did to beads so
+    /// far: what the change of forces has done is not known yet.
+    fn hear(&mut self) -> f64 {
+        /// How much more others may do to beads than they have been seen to.
+        const MORE: f64 = 2.0;
+        let Coupling {
+            moved,
+            tension,
+            pulled,
+            lagged,
+            gain,
+            ..
+        } = &mut self.coupling;
+        let (mut known, mut unknown) = (0.0, 0.0);
+        for work in &self.works {
+            for (k, &place) in work.places.iter().enumerate() {
+                let place = place as usize;
+                let now = work.solution[k] - work.target[k];
+                known += (moved[place] - pulled[place] - lagged[place]).length_squared();
+                unknown += (now - pulled[place]).length_squared();
+                pulled[place] = now;
+                tension[place] = now / work.pull[k];
+            }
+        }
+        known.sqrt() + MORE * *gain * unknown.sqrt()
     }
 }
 

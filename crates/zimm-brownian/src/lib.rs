@@ -22,6 +22,7 @@ mod chebyshev;
 mod cholesky;
 mod columns;
 mod connected;
+mod coupling;
 mod euler;
 #[cfg(feature = "hydrodynamics")]
 mod ewald;
@@ -41,6 +42,8 @@ mod mobility;
 #[cfg(feature = "laws")]
 pub mod mobility_laws;
 mod one_bond;
+#[cfg(feature = "hydrodynamics")]
+mod pieces;
 mod rejection;
 mod relaxation;
 mod ritz;

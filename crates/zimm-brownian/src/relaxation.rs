@@ -245,15 +245,24 @@ impl Relaxation {
         }))
     }
 
-    /// Solves bond by bond, as long as that converges fast. What is not a number is passed on; the stepper will find it.
+    /// Solves bond by bond, as long as that converges fast; the first guess is on trial. What is not a number is passed on; the stepper will find it.
     fn sweep<S: BondForce>(&mut self, problem: &Problem<'_, S>, x: &mut [DVec3]) -> bool {
+        /// Springs that move beads by less than this part of a bond start as they are guessed, others from nothing.
+        const WEAK: f64 = 0.1;
         let end = problem.end();
         self.tensions.clear();
-        self.tensions.resize(problem.links.len(), DVec3::ZERO);
         self.lengths.clear();
-        let guesses = problem.bonds().map(|(i, j)| (x[i] - x[j]).length());
-        self.lengths.extend(guesses);
         x.copy_from_slice(problem.free);
+        for (i, j) in problem.bonds() {
+            let bond = self.trial[i] - self.trial[j];
+            let stiffness = -problem.law.force(bond.length_squared());
+            let weak = (problem.pull[i] + problem.pull[j]) * stiffness.abs() < WEAK;
+            let tension = if weak { stiffness * bond } else { DVec3::ZERO };
+            x[i] -= problem.pull[i] * tension;
+            x[j] += problem.pull[j] * tension;
+            self.tensions.push(tension);
+            self.lengths.push(bond.length());
+        }
         let mut before = f64::INFINITY;
         for _ in 0..SWEEPS {
             let mut change = Change::default();

@@ -11,6 +11,9 @@ pub(crate) struct Ritz {
     beta: f64,
     floor: f64,
     beyond: f64,
+    nodes: Vec<[f64; 2]>,
+    all: Vec<usize>,
+    weights: Vec<f64>,
 }
 
 impl Ritz {
@@ -81,11 +84,19 @@ impl Ritz {
     }
 
     /// T^(1/2) e_1.
-    pub(crate) fn weights(&mut self, diagonal: &[f64], off: &[f64]) -> Vec<f64> {
-        let all: Vec<usize> = (0..diagonal.len()).collect();
-        self.spectrum.decompose(diagonal, off, &all);
-        let mut weights = vec![0.0; diagonal.len()];
-        for (value, vector) in self.spectrum.values().iter().zip(self.spectrum.vectors()) {
+    pub(crate) fn weights(&mut self, diagonal: &[f64], off: &[f64]) -> &[f64] {
+        let Self {
+            spectrum,
+            all,
+            weights,
+            ..
+        } = self;
+        all.clear();
+        all.extend(0..diagonal.len());
+        spectrum.decompose(diagonal, off, all);
+        weights.clear();
+        weights.resize(diagonal.len(), 0.0);
+        for (value, vector) in spectrum.values().iter().zip(spectrum.vectors()) {
             let factor = value.max(0.0).sqrt() * vector[0];
             for (weight, component) in weights.iter_mut().zip(vector) {
                 *weight += factor * component;
@@ -108,14 +119,15 @@ impl Ritz {
     /// so little is as probable as w times the length of z. If its eigenvalue is below all that were met, the share is
     /// not above that of the first, either (separation theorem of Chebyshev, Markov and Stieltjes). Over the rest of the
     /// spectrum v is taken to be spread as the two basis vectors before it are, with some to spare.
-    fn truncation(&self, off: &[f64], beads: usize) -> f64 {
+    fn truncation(&mut self, off: &[f64], beads: usize) -> f64 {
         const SPREAD: f64 = 6.0;
         if self.beta == 0.0 {
             return 0.0;
         }
         let logs = |values: &[f64]| values.iter().map(|x| libm::log(*x)).sum::<f64>();
         let w = libm::exp(logs(off) + libm::log(self.beta) - logs(&self.values));
-        let nodes = self.nodes();
+        self.set_nodes();
+        let nodes = &self.nodes;
         let g = |t: f64| {
             nodes
                 .iter()
@@ -141,7 +153,7 @@ impl Ritz {
 
     /// Where the integral over s is taken, and `ds s^(1/2) / pi prod t_k / (t_k + s)` there. The trapezoidal rule in
     /// log s with a step of 2 is good to 1e-4.
-    fn nodes(&self) -> Vec<[f64; 2]> {
+    fn set_nodes(&mut self) {
         const STEP: f64 = 2.0;
         const MARGIN: f64 = 14.0;
         let narrowest = self
@@ -153,16 +165,12 @@ impl Ritz {
         let widest = self.values.iter().copied().fold(0.0, f64::max);
         let span = libm::log(widest / narrowest) + 2.0 * MARGIN;
         let start = libm::log(narrowest) - MARGIN;
-        (0..=(span / STEP) as usize)
-            .map(|k| {
-                let s = libm::exp(start + STEP * k as f64);
-                let product: f64 = self
-                    .values
-                    .iter()
-                    .map(|value| value / (value + s))
-                    .product();
-                [s, STEP / PI * s * s.sqrt() * product]
-            })
-            .collect()
+        let values = &self.values;
+        self.nodes.clear();
+        self.nodes.extend((0..=(span / STEP) as usize).map(|k| {
+            let s = libm::exp(start + STEP * k as f64);
+            let product: f64 = values.iter().map(|value| value / (value + s)).product();
+            [s, STEP / PI * s * s.sqrt() * product]
+        }));
     }
 }

@@ -372,24 +372,26 @@ impl<B: Boundary> ForceField<B> for Bowl {
     }
 }
 
+fn trimer_at_start() -> Vec<DVec3> {
+    vec![DVec3::ZERO, 2.5 * DVec3::X, DVec3::new(2.0, -2.6, 0.3)]
+}
+
 /// Where a FENE trimer is after one unit of time in mixed flow and a bowl, without noise.
-fn trimer(dt: f64) -> Vec<DVec3> {
+fn trimer(dt: f64, mobility: impl Mobility<OpenFlow>) -> Vec<DVec3> {
     let flow = OpenFlow::new(planar(0.5) + shear(0.8)).unwrap();
-    let start = vec![DVec3::ZERO, 2.5 * DVec3::X, DVec3::new(2.0, -2.6, 0.3)];
-    let mut system = system(flow, start, dt, 0.0, 1);
+    let mut system = system(flow, trimer_at_start(), dt, 0.0, 1);
     let mut field = (Bonded::new(fene(9.0), vec![[0, 1], [1, 2]]), Bowl(0.3));
-    let mut stepper = scheme();
+    let mut stepper = SemiImplicit::new(mobility, ());
     for _ in 0..(1.0 / dt).round() as usize {
         stepper.step(&mut system, &mut field, &mut ()).unwrap();
     }
     system.particles.positions().to_vec()
 }
 
-#[test]
-fn law_second_order_with_springs_flow_and_another_force() {
-    let exact = trimer(1.0 / 4096.0);
+fn assert_second_order(what: &str, found: impl Fn(f64) -> Vec<DVec3>) {
+    let exact = found(1.0 / 4096.0);
     let error = |dt| {
-        let found = trimer(dt);
+        let found = found(dt);
         let squares = found
             .iter()
             .zip(&exact)
@@ -397,8 +399,25 @@ fn law_second_order_with_springs_flow_and_another_force() {
         squares.sum::<f64>().sqrt()
     };
     let [coarse, fine] = [1.0 / 64.0, 1.0 / 128.0].map(error);
-    assert!((coarse / fine - 4.0).abs() < 0.2, "{coarse} to {fine}");
-    assert!(fine < 1e-3, "{fine}");
+    assert!(
+        (coarse / fine - 4.0).abs() < 0.2,
+        "{what}: {coarse} to {fine}"
+    );
+    assert!(fine < 1e-3, "{what}: {fine}");
+}
+
+#[test]
+fn law_second_order_with_springs_flow_and_another_force() {
+    let alone = || FreeDraining::new(4.0).unwrap();
+    assert_second_order("alone", |dt| trimer(dt, alone()));
+    // Touching beads, whose mobility stays what it is in the beginning.
+    let frozen = || {
+        Frozen(Dense {
+            positions: trimer_at_start(),
+            ..dense(1.2)
+        })
+    };
+    assert_second_order("together", |dt| trimer(dt, frozen()));
 }
 
 #[test]
@@ -519,6 +538,23 @@ fn dense(radius: f64) -> Dense {
         friction: 4.0,
         radius,
         positions: Vec::new(),
+    }
+}
+
+/// The same wherever beads are.
+struct Frozen(Dense);
+
+impl<B: Boundary> Mobility<B> for Frozen {
+    fn bind(&mut self, _: &Frame<'_, B>) -> Result<(), MobilityError> {
+        Ok(())
+    }
+
+    fn apply(&mut self, forces: &[DVec3], velocities: &mut [DVec3]) {
+        Mobility::<B>::apply(&mut self.0, forces, velocities);
+    }
+
+    fn alone(&self, place: usize) -> f64 {
+        Mobility::<B>::alone(&self.0, place)
     }
 }
 

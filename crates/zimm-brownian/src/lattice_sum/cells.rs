@@ -20,11 +20,13 @@ pub(crate) struct Cells {
     /// Positions in the primary cell, in the order of cells.
     positions: Vec<DVec3>,
     columns: [Vec<f64>; 3],
+    located: Vec<(IVec3, DVec3)>,
+    next: Vec<u32>,
 }
 
 impl Cells {
     pub(crate) fn sort(&mut self, lattice: &Lattice, positions: &[DVec3], cutoff: f64) {
-        const CUT: DVec3 = DVec3::new(1.0, 2.0, 6.0);
+        const CUT: DVec3 = DVec3::new(1.0, 1.0, 4.0);
         let most = (4 * positions.len() + 64) as f64;
         self.widths = lattice.widths();
         let mut counts = (self.widths / cutoff * CUT).floor().max(DVec3::ONE);
@@ -43,23 +45,24 @@ impl Cells {
             let cell = cell.clamp(DVec3::ZERO, counts - 1.0).as_ivec3();
             (cell, folded)
         };
-        let located: Vec<(IVec3, DVec3)> = positions.iter().map(|&r| locate(r)).collect();
+        self.located.clear();
+        self.located.extend(positions.iter().map(|&r| locate(r)));
         self.starts.clear();
         self.starts
             .resize(self.counts.element_product() as usize + 1, 0);
-        for &(cell, _) in &located {
-            let index = self.index(cell) + 1;
+        for &(cell, _) in &self.located {
+            let index = index(self.counts, cell) + 1;
             self.starts[index] += 1;
         }
         for c in 1..self.starts.len() {
             self.starts[c] += self.starts[c - 1];
         }
-        let mut next = self.starts.clone();
+        self.next.clone_from(&self.starts);
         self.order.resize(positions.len(), 0);
         self.cells.resize(positions.len(), IVec3::ZERO);
         self.positions.resize(positions.len(), DVec3::ZERO);
-        for (place, &(cell, folded)) in located.iter().enumerate() {
-            let next = &mut next[self.index(cell)];
+        for (place, &(cell, folded)) in self.located.iter().enumerate() {
+            let next = &mut self.next[index(self.counts, cell)];
             let k = *next as usize;
             *next += 1;
             self.order[k] = place as u32;
@@ -70,7 +73,7 @@ impl Cells {
     }
 
     fn index(&self, cell: IVec3) -> usize {
-        ((cell.x * self.counts.y + cell.y) * self.counts.z + cell.z) as usize
+        index(self.counts, cell)
     }
 
     /// Appends the partners of one bead, each unordered pair of images once, a bead's own images among them.
@@ -229,6 +232,10 @@ impl Pairs {
             self.apart.resize(len, [0.0; 4]);
         }
     }
+}
+
+fn index(counts: IVec3, cell: IVec3) -> usize {
+    ((cell.x * counts.y + cell.y) * counts.z + cell.z) as usize
 }
 
 fn wrap(cell: i32, count: i32) -> (i32, f64) {

@@ -1,7 +1,8 @@
 //! Beads on a mesh: spreading and gathering.
 
 use super::window::Window;
-use zimm_core::{DVec3, Lattice, each_block};
+use crate::pieces::each_piece;
+use zimm_core::{DVec3, Lattice};
 
 /// Planes of the mesh that one task spreads to.
 const SLAB: usize = 8;
@@ -28,8 +29,10 @@ pub(super) struct Grid {
     /// Places of beads in the order in which they lie on the mesh.
     order: Vec<u32>,
     beads: Vec<Bead>,
-    /// Where the beads of every first plane begin.
+    /// Where the beads of every first plane begin, and those of every row.
     starts: Vec<u32>,
+    rows: Vec<u32>,
+    unsorted: Vec<Bead>,
     /// Forces or sums in that order.
     column: Vec<DVec3>,
     arch: pulp::Arch,
@@ -59,23 +62,33 @@ impl Grid {
             }
             bead
         };
-        let unsorted: Vec<Bead> = positions.iter().map(place).collect();
+        let Self {
+            order,
+            beads,
+            starts,
+            rows,
+            unsorted,
+            ..
+        } = self;
+        unsorted.clear();
+        unsorted.extend(positions.iter().map(place));
         let key = |bead: &Bead| bead.first[0] as usize * n2 + bead.first[1] as usize;
-        let mut starts = vec![0_u32; n1 * n2 + 1];
-        for bead in &unsorted {
-            starts[key(bead) + 1] += 1;
+        rows.clear();
+        rows.resize(n1 * n2 + 1, 0);
+        for bead in &*unsorted {
+            rows[key(bead) + 1] += 1;
         }
-        for k in 1..starts.len() {
-            starts[k] += starts[k - 1];
+        for k in 1..rows.len() {
+            rows[k] += rows[k - 1];
         }
-        self.starts.clear();
-        self.starts.extend(starts.iter().step_by(n2));
-        self.order.resize(unsorted.len(), 0);
-        self.beads.resize(unsorted.len(), Bead::default());
+        starts.clear();
+        starts.extend(rows.iter().step_by(n2));
+        order.resize(unsorted.len(), 0);
+        beads.resize(unsorted.len(), Bead::default());
         for (place, bead) in unsorted.iter().enumerate() {
-            let start = &mut starts[key(bead)];
-            self.order[*start as usize] = place as u32;
-            self.beads[*start as usize] = *bead;
+            let start = &mut rows[key(bead)];
+            order[*start as usize] = place as u32;
+            beads[*start as usize] = *bead;
             *start += 1;
         }
     }
@@ -101,16 +114,21 @@ impl Grid {
     fn spread_lanes<const L: usize>(&mut self, window: &Window, forces: &[DVec3]) {
         let arch = self.arch;
         let mut values = std::mem::take(&mut self.values);
-        let mut slabs: Vec<&mut [f64]> = values.chunks_mut(SLAB * self.plane()).collect();
-        each_block(&mut slabs, |k, slab| {
-            arch.dispatch(Spread::<L> {
-                grid: self,
-                window,
-                forces,
-                first: k * SLAB,
-                slab,
-            });
-        });
+        let mut slabs = vec![(); self.points[0].div_ceil(SLAB)];
+        each_piece(
+            &mut values,
+            SLAB * self.plane(),
+            &mut slabs,
+            |k, slab, ()| {
+                arch.dispatch(Spread::<L> {
+                    grid: self,
+                    window,
+                    forces,
+                    first: k * SLAB,
+                    slab,
+                });
+            },
+        );
         self.values = values;
     }
 
@@ -131,8 +149,8 @@ impl Grid {
 
     fn gather_lanes<const L: usize>(&self, window: &Window, velocities: &mut [DVec3]) {
         let arch = self.arch;
-        let mut chunks: Vec<&mut [DVec3]> = velocities.chunks_mut(GATHERED).collect();
-        each_block(&mut chunks, |k, velocities| {
+        let mut chunks = vec![(); velocities.len().div_ceil(GATHERED)];
+        each_piece(velocities, GATHERED, &mut chunks, |k, velocities, ()| {
             arch.dispatch(Gather::<L> {
                 grid: self,
                 window,

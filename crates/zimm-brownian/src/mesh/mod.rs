@@ -11,7 +11,6 @@ use crate::lattice_sum::{Near, Plan, sharpness_of};
 use crate::{Mobility, White, columns::add_scaled, rpy::finite, stage::zero};
 use grid::Grid;
 pub use noise::SplitNoise;
-use spectrum::Spectrum;
 use wave::Waves;
 use window::{WIDEST, Window};
 use zimm_core::{DVec3, Frame, MobilityError, ParameterError, Periodic};
@@ -43,8 +42,8 @@ use zimm_core::{DVec3, Frame, MobilityError, ParameterError, Periodic};
 /// processor has, so processors of another kind may differ in the last digits.)
 ///
 /// # Cost
-/// At a tolerance of 1e-3, a product takes about half a microsecond a bead, and a step with noise three, whatever the
-/// number of beads; memory is about 2 kilobytes a bead.
+/// At a tolerance of 1e-3, a product takes about 0.4 microseconds a bead, and a semi-implicit step with noise three,
+/// whatever the number of beads; memory is about 2 kilobytes a bead.
 ///
 /// ```
 /// use zimm_boundary::PeriodicBox;
@@ -132,7 +131,8 @@ impl Mesh {
 impl<B: Periodic> Mobility<B> for Mesh {
     fn bind(&mut self, frame: &Frame<'_, B>) -> Result<(), MobilityError> {
         finite("position", frame.positions)?;
-        /// At which pairs and waves cost the same in a step with noise.
+        /// At which pairs and waves cost about the same in a step with noise. Longer ranges suit beads that do not overlap,
+        /// whose noise takes few products with pairs; where beads overlap, it takes many.
         const BALANCE: f64 = 0.47;
         /// What of the error is left to the split; the mesh has one, too.
         const SHARE: f64 = 1.0 / 1.5;
@@ -141,8 +141,8 @@ impl<B: Periodic> Mobility<B> for Mesh {
         let plan = Plan::new(lattice, frame.len(), self.radius, error, BALANCE, true)?;
         let points = points::of(lattice, &plan, &self.window)?;
         self.near.bind(plan, lattice, frame.positions);
-        let spectrum = Spectrum::new(points, lattice, &self.window, self.near.kernel());
-        self.waves.bind(spectrum);
+        self.waves
+            .bind(points, lattice, &self.window, self.near.kernel());
         self.grid
             .bind(points, lattice, &self.window, frame.positions);
         Ok(())

@@ -23,30 +23,30 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
-    pub(super) fn new(
+    /// Fixes the modes.
+    pub(super) fn bind(
+        &mut self,
         points: [usize; 3],
         lattice: &Lattice,
         window: &Window,
         kernel: &Kernel,
-    ) -> Self {
+    ) {
         let reciprocal = TAU * lattice.inverse().transpose();
-        let sharpening = points.map(|n| {
-            let sharpening = |m: usize| {
-                if 2 * m == n {
-                    0.0
-                } else {
-                    window.transform(TAU * signed(m, n) / n as f64).powi(-2)
-                }
-            };
-            (0..n).map(sharpening).collect()
-        });
-        Self {
-            points,
-            reciprocal: [reciprocal.x_axis, reciprocal.y_axis, reciprocal.z_axis],
-            sharpening,
-            volume: lattice.volume(),
-            edge: kernel.plan().edge(),
-            arch: pulp::Arch::new(),
+        self.reciprocal = [reciprocal.x_axis, reciprocal.y_axis, reciprocal.z_axis];
+        (self.volume, self.edge) = (lattice.volume(), kernel.plan().edge());
+        for ((sharpening, known), n) in self.sharpening.iter_mut().zip(&mut self.points).zip(points)
+        {
+            if *known != n {
+                *known = n;
+                sharpening.clear();
+                sharpening.extend((0..n).map(|m| {
+                    if 2 * m == n {
+                        0.0
+                    } else {
+                        window.transform(TAU * signed(m, n) / n as f64).powi(-2)
+                    }
+                }));
+            }
         }
     }
 

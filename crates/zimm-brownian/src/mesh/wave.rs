@@ -1,17 +1,20 @@
 //! The wave part of the sum: a convolution on the mesh.
 
+use super::window::Window;
 use super::{
     grid::Grid,
     spectrum::{Lines, Spectrum},
 };
-use crate::{White, lattice_sum::Kernel};
+use crate::{White, lattice_sum::Kernel, pieces::each_piece};
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex, num_complex::Complex64};
 use rustfft::{Fft, FftPlanner};
 use std::sync::Arc;
-use zimm_core::each_block;
+use zimm_core::Lattice;
 
 /// Lines that are transformed together, so that whole cache lines are used.
 const LINES: usize = 8;
+/// Pieces of the mesh that threads share, each with room of its own to work in.
+const PIECES: usize = 8;
 
 /// Plans of transforms that were needed so far.
 #[derive(Clone, Default)]
@@ -51,7 +54,19 @@ impl Plans {
 pub(super) struct Waves {
     plans: Plans,
     modes: Vec<Complex64>,
+    /// Those that have been worked on, row by row: row, plane, component, mode.
+    sheets: Vec<Complex64>,
+    rooms: Vec<Room>,
     spectrum: Spectrum,
+}
+
+/// What a piece of work writes to by the way.
+#[derive(Clone, Default)]
+struct Room {
+    row: Vec<f64>,
+    plane: Vec<Complex64>,
+    lines: Vec<Complex64>,
+    scratch: Vec<Complex64>,
 }
 
 impl std::fmt::Debug for Waves {
@@ -63,11 +78,31 @@ impl std::fmt::Debug for Waves {
 
 impl Waves {
     /// Fixes the modes.
-    pub(super) fn bind(&mut self, spectrum: Spectrum) {
-        let [n1, n2, _] = spectrum.points();
-        let modes = n1 * n2 * 3 * spectrum.half();
-        self.modes.resize(modes, Complex64::default());
-        self.spectrum = spectrum;
+    pub(super) fn bind(
+        &mut self,
+        points: [usize; 3],
+        lattice: &Lattice,
+        window: &Window,
+        kernel: &Kernel,
+    ) {
+        let zero = Complex64::default();
+        self.spectrum.bind(points, lattice, window, kernel);
+        let ([n1, n2, n3], width) = (points, 3 * self.spectrum.half());
+        self.modes.resize(n1 * n2 * width, zero);
+        self.sheets.resize(n1 * n2 * width, zero);
+        let (first, second) = (self.plans.complex(n1), self.plans.complex(n2));
+        let (there, back) = self.plans.real(n3);
+        let complex = first.iter().chain(&second);
+        let complex = complex.map(|fft| fft.get_inplace_scratch_len());
+        let real = there.get_scratch_len().max(back.get_scratch_len());
+        let scratch = complex.fold(real, usize::max);
+        self.rooms.resize_with(PIECES, Room::default);
+        for room in &mut self.rooms {
+            room.row.resize(n3, 0.0);
+            room.plane.resize(n2 * width, zero);
+            room.lines.resize(LINES * n2.max(3 * n1), zero);
+            room.scratch.resize(scratch, zero);
+        }
     }
 
     /// Makes the mesh of forces one of velocities, for beads of a mobility of one alone.
@@ -84,132 +119,149 @@ impl Waves {
     }
 
     /// From values to modes in the planes of the mesh.
-    fn forward(&mut self, grid: &mut Grid) {
-        let ([_, n2, n3], half) = (self.spectrum.points(), self.spectrum.half());
+    fn forward(&mut self, grid: &Grid) {
+        let ([n1, n2, n3], half) = (self.spectrum.points(), self.spectrum.half());
         let (real, _) = self.plans.real(n3);
         let [along, _] = self.plans.complex(n2);
-        let (row, plane) = (grid.row, grid.plane());
-        let values = grid.values.chunks_mut(plane);
-        let mut planes: Vec<_> = values.zip(self.modes.chunks_mut(n2 * 3 * half)).collect();
-        each_block(&mut planes, |_, (values, modes)| {
-            let mut scratch = real.make_scratch_vec();
-            for (values, modes) in values.chunks_mut(row).zip(modes.chunks_mut(half)) {
-                let (values, beyond) = values.split_at_mut(n3);
-                for (value, beyond) in values.iter_mut().zip(beyond) {
-                    *value += *beyond;
+        let (size, planes) = (n2 * 3 * half, n1.div_ceil(PIECES));
+        let (modes, rooms) = (&mut self.modes, &mut self.rooms);
+        each_piece(modes, planes * size, rooms, |k, modes, room| {
+            let values = grid.values[k * planes * grid.plane()..].chunks(grid.plane());
+            for (values, modes) in values.zip(modes.chunks_mut(size)) {
+                for (values, modes) in values.chunks(grid.row).zip(modes.chunks_mut(half)) {
+                    let (values, beyond) = values.split_at(n3);
+                    room.row.copy_from_slice(values);
+                    for (value, beyond) in room.row.iter_mut().zip(beyond) {
+                        *value += *beyond;
+                    }
+                    // Lengths fit, and that is all that could be wrong.
+                    let _ = real.process_with_scratch(&mut room.row, modes, &mut room.scratch);
                 }
-                // Lengths fit, and that is all that could be wrong.
-                let _ = real.process_with_scratch(values, modes, &mut scratch);
+                for first in (0..3 * half).step_by(LINES) {
+                    let lines = LINES.min(3 * half - first);
+                    let buffer = &mut room.lines[..lines * n2];
+                    load(modes, first, 3 * half, lines, buffer);
+                    along.process_with_scratch(buffer, &mut room.scratch);
+                    store(buffer, modes, first, 3 * half, lines);
+                }
             }
-            let mut rows: Vec<&mut [Complex64]> = modes.chunks_mut(3 * half).collect();
-            transform_columns(&mut rows, along.as_ref());
         });
     }
 
-    /// From modes in the planes of the mesh to values.
+    /// From modes in sheets across the planes of the mesh to values.
     fn inverse(&mut self, grid: &mut Grid) {
-        let ([_, n2, n3], half) = (self.spectrum.points(), self.spectrum.half());
+        let ([n1, n2, n3], half) = (self.spectrum.points(), self.spectrum.half());
         let (_, real) = self.plans.real(n3);
         let [_, along] = self.plans.complex(n2);
-        let (row, plane) = (grid.row, grid.plane());
-        let values = grid.values.chunks_mut(plane);
-        let mut planes: Vec<_> = values.zip(self.modes.chunks_mut(n2 * 3 * half)).collect();
-        each_block(&mut planes, |_, (values, modes)| {
-            let mut rows: Vec<&mut [Complex64]> = modes.chunks_mut(3 * half).collect();
-            transform_columns(&mut rows, along.as_ref());
-            let mut scratch = real.make_scratch_vec();
-            for (values, modes) in values.chunks_mut(row).zip(modes.chunks_mut(half)) {
-                let (values, beyond) = values.split_at_mut(n3);
-                // What is imaginary here is rounding, or a wave too short to be kept.
-                modes[0].im = 0.0;
-                modes[half - 1].im = 0.0;
-                let _ = real.process_with_scratch(modes, values, &mut scratch);
-                for (beyond, value) in beyond.iter_mut().zip(values) {
-                    *beyond = *value;
+        let (row, plane, planes) = (grid.row, grid.plane(), n1.div_ceil(PIECES));
+        let (sheets, values) = (&self.sheets, &mut grid.values);
+        each_piece(
+            values,
+            planes * plane,
+            &mut self.rooms,
+            |k, values, room| {
+                for (values, at) in values.chunks_mut(plane).zip(k * planes..) {
+                    for first in (0..3 * half).step_by(LINES) {
+                        let lines = LINES.min(3 * half - first);
+                        let buffer = &mut room.lines[..lines * n2];
+                        load(sheets, at * 3 * half + first, n1 * 3 * half, lines, buffer);
+                        along.process_with_scratch(buffer, &mut room.scratch);
+                        store(buffer, &mut room.plane, first, 3 * half, lines);
+                    }
+                    for (values, modes) in values.chunks_mut(row).zip(room.plane.chunks_mut(half)) {
+                        let (values, beyond) = values.split_at_mut(n3);
+                        // What is imaginary here is rounding, or a wave too short to be kept.
+                        modes[0].im = 0.0;
+                        modes[half - 1].im = 0.0;
+                        let _ = real.process_with_scratch(modes, values, &mut room.scratch);
+                        for (beyond, value) in beyond.iter_mut().zip(values) {
+                            *beyond = *value;
+                        }
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// Transforms across planes, works on the modes, and transforms back.
     fn middle(&mut self, forward: bool, work: &(dyn Fn(Lines<'_>) + Sync)) {
         let ([n1, n2, _], half) = (self.spectrum.points(), self.spectrum.half());
         let [there, back] = self.plans.complex(n1);
-        let spectrum = &self.spectrum;
-        let mut sheets: Vec<Vec<&mut [Complex64]>> = Vec::new();
-        sheets.resize_with(n2, || Vec::with_capacity(n1));
-        for plane in self.modes.chunks_mut(n2 * 3 * half) {
-            for (sheet, row) in sheets.iter_mut().zip(plane.chunks_mut(3 * half)) {
-                sheet.push(row);
-            }
-        }
-        each_block(&mut sheets, |second, rows| {
-            let zero = Complex64::default();
-            let mut buffer = vec![zero; 3 * LINES * n1];
-            let most = [&there, &back].map(|fft| fft.get_inplace_scratch_len());
-            let mut scratch = vec![zero; most[0].max(most[1])];
-            for third in (0..half).step_by(LINES) {
-                let lines = LINES.min(half - third);
-                let buffer = &mut buffer[..3 * lines * n1];
-                if (third..third + lines).all(|third| spectrum.is_beyond(second, third)) {
-                    for row in rows.iter_mut() {
-                        for component in row.chunks_mut(half) {
-                            component[third..third + lines].fill(zero);
+        let (size, count) = (n1 * 3 * half, n2.div_ceil(PIECES));
+        let (modes, spectrum) = (&self.modes, &self.spectrum);
+        let (sheets, rooms) = (&mut self.sheets, &mut self.rooms);
+        each_piece(sheets, count * size, rooms, |k, sheets, room| {
+            for (sheet, second) in sheets.chunks_mut(size).zip(k * count..) {
+                for third in (0..half).step_by(LINES) {
+                    let lines = LINES.min(half - third);
+                    if (third..third + lines).all(|third| spectrum.is_beyond(second, third)) {
+                        for row in sheet.chunks_mut(half) {
+                            row[third..third + lines].fill(Complex64::default());
                         }
+                        continue;
                     }
-                    continue;
-                }
-                if forward {
-                    for (component, buffer) in buffer.chunks_mut(lines * n1).enumerate() {
-                        load(rows, component * half + third, buffer);
+                    let buffer = &mut room.lines[..3 * lines * n1];
+                    if forward {
+                        for (component, buffer) in buffer.chunks_mut(lines * n1).enumerate() {
+                            let first = (3 * second + component) * half + third;
+                            load(modes, first, n2 * 3 * half, lines, buffer);
+                        }
+                        there.process_with_scratch(buffer, &mut room.scratch);
                     }
-                    there.process_with_scratch(buffer, &mut scratch);
-                }
-                work(Lines {
-                    spectrum,
-                    second,
-                    third,
-                    modes: buffer,
-                });
-                back.process_with_scratch(buffer, &mut scratch);
-                for (component, buffer) in buffer.chunks(lines * n1).enumerate() {
-                    store(buffer, rows, component * half + third);
+                    work(Lines {
+                        spectrum,
+                        second,
+                        third,
+                        modes: buffer,
+                    });
+                    back.process_with_scratch(buffer, &mut room.scratch);
+                    for (component, buffer) in buffer.chunks(lines * n1).enumerate() {
+                        store(buffer, sheet, component * half + third, 3 * half, lines);
+                    }
                 }
             }
         });
     }
 }
 
-/// Transforms every column of some rows.
-fn transform_columns(rows: &mut [&mut [Complex64]], fft: &dyn Fft<f64>) {
-    let zero = Complex64::default();
-    let columns = rows.first().map_or(0, |row| row.len());
-    let mut buffer = vec![zero; LINES * rows.len()];
-    let mut scratch = vec![zero; fft.get_inplace_scratch_len()];
-    for first in (0..columns).step_by(LINES) {
-        let buffer = &mut buffer[..LINES.min(columns - first) * rows.len()];
-        load(rows, first, buffer);
-        fft.process_with_scratch(buffer, &mut scratch);
-        store(buffer, rows, first);
-    }
-}
-
-/// Copies as many columns as the buffer holds, from `first` on, one after the other.
-fn load(rows: &[&mut [Complex64]], first: usize, buffer: &mut [Complex64]) {
-    let lines = buffer.len() / rows.len();
-    for (k, row) in rows.iter().enumerate() {
-        for (line, &value) in row[first..first + lines].iter().enumerate() {
-            buffer[line * rows.len() + k] = value;
+/// Copies `lines` columns of rows that are `stride` apart, from `first` on, one after the other.
+fn load(rows: &[Complex64], first: usize, stride: usize, lines: usize, columns: &mut [Complex64]) {
+    let length = columns.len() / lines;
+    let rows = rows[first..].chunks(stride).take(length);
+    if lines == LINES {
+        for (k, row) in rows.enumerate() {
+            if let Some(row) = row.first_chunk::<LINES>() {
+                for (line, value) in row.iter().enumerate() {
+                    columns[line * length + k] = *value;
+                }
+            }
+        }
+    } else {
+        for (k, row) in rows.enumerate() {
+            for (line, value) in row[..lines].iter().enumerate() {
+                columns[line * length + k] = *value;
+            }
         }
     }
 }
 
 /// Copies columns back.
-fn store(buffer: &[Complex64], rows: &mut [&mut [Complex64]], first: usize) {
-    let (length, lines) = (rows.len(), buffer.len() / rows.len());
-    for (k, row) in rows.iter_mut().enumerate() {
-        for (line, value) in row[first..first + lines].iter_mut().enumerate() {
-            *value = buffer[line * length + k];
+fn store(columns: &[Complex64], rows: &mut [Complex64], first: usize, stride: usize, lines: usize) {
+    let length = columns.len() / lines;
+    let rows = rows[first..].chunks_mut(stride).take(length);
+    if lines == LINES {
+        for (k, row) in rows.enumerate() {
+            if let Some(row) = row.first_chunk_mut::<LINES>() {
+                for (line, value) in row.iter_mut().enumerate() {
+                    *value = columns[line * length + k];
+                }
+            }
+        }
+    } else {
+        for (k, row) in rows.enumerate() {
+            for (line, value) in row[..lines].iter_mut().enumerate() {
+                *value = columns[line * length + k];
+            }
         }
     }
 }
