@@ -1,5 +1,5 @@
 //! FENE dumbbells of extensibility b = 50 in the fluid of Lowe and Andersen (Clarke, PhD thesis, MIT 2008, chapter 4:
-//! density 4, a = 18.75, dt = 0.01), at rest, in shear and in planar extension, against dilute dumbbells without
+//! density 4, a = 18.75, dt = 0.01; 0.02 for long dumbbells), at rest, in shear and in planar extension, against dilute dumbbells without
 //! hydrodynamic interactions and without excluded volume.
 //!
 //! Two things make these dumbbells differ from those, both the less the longer they are, and the bounds leave room for
@@ -24,7 +24,6 @@ use zimm::prelude::*;
 const B: f64 = 50.0;
 const DENSITY: f64 = 4.0;
 const A: f64 = 18.75;
-const DT: f64 = 0.01;
 
 fn forces() -> Pairwise<DpdConservative, VerletList> {
     pairs(DpdConservative::new(A, 1.0).unwrap())
@@ -42,10 +41,6 @@ fn trace(m: &DMat3) -> f64 {
     m.x_axis.x + m.y_axis.y + m.z_axis.z
 }
 
-fn steps(time: f64) -> u32 {
-    (time / DT).round() as u32
-}
-
 /// Dumbbells in a fluid, how fast the bath redraws, and how long to look at them.
 #[derive(Clone, Copy, Debug)]
 struct Solution {
@@ -53,6 +48,7 @@ struct Solution {
     gamma: f64,
     /// The share of beads that belong to dumbbells.
     share: f64,
+    dt: f64,
     /// Unseen, then seen.
     times: [f64; 2],
     seed: u64,
@@ -83,7 +79,7 @@ impl Solution {
     /// of time.
     fn go<S: Periodic>(self, space: S) -> Shown {
         let spring = self.spring();
-        let clock = Clock::new(DT, 1.0, self.seed).unwrap();
+        let clock = Clock::new(self.dt, 1.0, self.seed).unwrap();
         let (lattice, reach) = (*space.lattice(), space.reach());
         let beads = (DENSITY * lattice.volume()).round();
         let molecules = Molecules::linear(0, (0.5 * self.share * beads) as u32, 2).unwrap();
@@ -99,7 +95,8 @@ impl Solution {
         let mut system = System::new(space, particles, clock);
         let mut field = (forces(), Bonded::new(spring, molecules.bonds()));
         let mut stepper = bath(self.gamma);
-        run(&mut stepper, &mut system, &mut field, steps(self.times[0]));
+        let [unseen, looks] = [self.times[0] / self.dt, 10.0 * self.times[1]].map(f64::round);
+        run(&mut stepper, &mut system, &mut field, unseen as u32);
 
         let gradient = system.boundary.gradient();
         let mut drag = GiesekusDrag::new(gradient, 1.0).ok();
@@ -107,8 +104,9 @@ impl Solution {
         let mut seen: [EnsembleAverage; 4] = Default::default();
         let mut heard: [BlockAverage; 3] = Default::default();
         let per_group = molecules.count().div_ceil(GROUPS) as usize;
-        for _ in 0..steps(self.times[1]) / 10 {
-            run(&mut stepper, &mut system, &mut field, 9);
+        let between = (0.1 / self.dt).round() as u32;
+        for _ in 0..looks as u32 {
+            run(&mut stepper, &mut system, &mut field, between - 1);
             let mut virial = Virial::default();
             stepper.step(&mut system, &mut field, &mut virial).unwrap();
             let frame = system.frame();
@@ -340,6 +338,7 @@ const SHORT: Solution = Solution {
     limit: 5.0,
     gamma: 10.0,
     share: 0.25,
+    dt: 0.01,
     times: [10.0, 40.0],
     seed: 1,
 };
@@ -349,7 +348,7 @@ static SHEARED: LazyLock<Shown> = LazyLock::new(|| SHORT.sheared(10.5, 0.4));
 
 /// The diffusion coefficient of beads in the fluid without dumbbells, in a cell of edge 6.
 fn diffusion(gamma: f64, time: f64) -> Mean {
-    let clock = Clock::new(DT, 1.0, 8).unwrap();
+    let clock = Clock::new(0.01, 1.0, 8).unwrap();
     let mut system = fluid(PeriodicBox::cubic(6.0).unwrap(), DENSITY, clock);
     let (mut field, mut stepper) = (forces(), bath(gamma));
     run(&mut stepper, &mut system, &mut field, 1000);
@@ -361,10 +360,11 @@ fn diffusion(gamma: f64, time: f64) -> Mean {
     diffusion.estimate().unwrap().coefficient
 }
 
-/// The viscosity of the fluid as published for these rates of redrawing, and the Schmidt number and the drag of a bead that
-/// come of it and of diffusion.
+/// The viscosity of the fluid as published for these rates of redrawing, by kinetic theory at 5, and the Schmidt number and
+/// the drag of a bead that come of it and of diffusion.
 fn schmidt_number_and_drag(gamma: f64, time: f64) -> [Mean; 2] {
     let (eta, error) = match gamma {
+        5.0 => (3.35, 0.1),
         10.0 => (6.6, 0.2),
         40.0 => (28.6, 0.6),
         _ => (63.7, 0.8),
@@ -566,22 +566,23 @@ fn reference_trouton_ratio() {
 /// than short ones do. A rate of redrawing of 40 holds the temperature to 0.4 %; one of 10 lets the work of the flow heat
 /// the fluid by 8 %.
 ///
-/// Seed 3, 559 dumbbells, 8 relaxation times after 7: standard errors 1.2 % of eta_1, 0.9 % of the stretch. Found: 8.4 and
-/// 7.4 % less. The bounds are 13 and 11 %, what is published (10 %) and three errors, and that there is less at all, by more
-/// than three.
+/// Seed 3, 559 dumbbells, 12 relaxation times after 15, which dilute ones take to be within 1 % of where they end: standard
+/// errors 1 % of eta_1, 0.7 % of the stretch. Found: 6.8 and 5.8 % less, where those of Q_0 = 10 below have 4.1 and 3.7 %.
+/// The bounds are 12 and 10 %, what is published (10 %) within the errors, and that there is less at all, by more than
+/// three.
 #[test]
-#[ignore = "one minute; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture drawn"]
+#[ignore = "two minutes; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture drawn"]
 fn reference_short_dumbbells_drawn_out() {
     let shown = Solution {
         gamma: 40.0,
-        times: [80.0, 100.0],
+        times: [180.0, 140.0],
         seed: 3,
         ..SHORT
     }
     .extended(0.0875);
     let [eta, stretch] = off_in_extension(&shown);
-    assert!(eta > -0.13 && eta < -0.03, "{eta}");
-    assert!(stretch > -0.11 && stretch < -0.03, "{stretch}");
+    assert!(eta > -0.12 && eta < -0.03, "{eta}");
+    assert!(stretch > -0.1 && stretch < -0.03, "{stretch}");
     assert!((shown.temperature.value - 1.0).abs() < 0.006);
 }
 
@@ -655,4 +656,100 @@ fn reference_short_dumbbells_thinning() {
     assert!((psi1 - AT_REST).abs() < 0.14);
     assert!((stretch - AT_REST).abs() < 0.05);
     assert!((shown.drag().value / 86.0 - 1.0).abs() < 0.08);
+}
+
+/// Dumbbells of Q_0 = 20 are dilute ones in shear at De = 1: repulsion at rest explains 0.1 %, averaged hydrodynamic
+/// interactions make their drag up to 5 % larger than that of a bead.
+///
+/// Seed 5, 17969 dumbbells, 0.7 relaxation times after 5, by when dilute ones are within 1 % of where they end. By the
+/// scatter of shorter dumbbells the standard errors are 2 % of the viscosity, of Psi_1 and of the drag, 1 % of the stretch.
+/// Bounds are 4 of them. Some dumbbells reach 0.75 of their limit, which takes a cell of 1.65 limits.
+#[test]
+#[ignore = "five minutes; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture long_dumbbells"]
+fn reference_long_dumbbells_in_shear() {
+    let [_, bead] = schmidt_number_and_drag(5.0, 160.0);
+    let shown = Solution {
+        limit: 20.0,
+        gamma: 5.0,
+        dt: 0.02,
+        times: [110.0, 15.0],
+        seed: 5,
+        ..SHORT
+    }
+    .sheared(33.0, 0.044);
+    let ratio = shown.drag().value / bead.value;
+    println!("  drag over that of a bead {ratio:.3}");
+    assert!((ratio - 1.025).abs() < 0.09);
+    let [eta, psi1, stretch] = off_in_shear(&shown);
+    assert!(eta.abs() < 0.08);
+    assert!(psi1.abs() < 0.08);
+    assert!(stretch.abs() < 0.04);
+}
+
+/// Dumbbells of Q_0 = 10 where they thin, De = 3, are nearer to dilute ones than those of Q_0 = 5 above, whose viscosity,
+/// Psi_1 and stretch are 0, 11 and 7 % larger.
+///
+/// Seed 6, 3707 dumbbells, 2.6 relaxation times after 3, by when dilute ones are within 2 % of where they end: standard
+/// errors 1.8 % of the viscosity, 1.4 % of Psi_1, 0.9 % of the stretch. Found: 0.3, 4.3 and 2.4 % more; half of what
+/// Q_0 = 5 has would be 0, 5 and 3 %. Bounds are 4 errors about a third of it: all of it is caught.
+#[test]
+#[ignore = "one minute; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture middling"]
+fn reference_middling_dumbbells_thinning() {
+    let shown = Solution {
+        limit: 10.0,
+        gamma: 20.0,
+        dt: 0.02,
+        times: [70.0, 60.0],
+        seed: 6,
+        ..SHORT
+    }
+    .sheared(19.5, 0.13);
+    let [eta, psi1, stretch] = off_in_shear(&shown);
+    assert!(eta.abs() < 0.075);
+    assert!((psi1 - 0.037).abs() < 0.056);
+    assert!((stretch - 0.023).abs() < 0.036);
+    assert!((shown.temperature.value - 1.0).abs() < 0.006);
+}
+
+/// Dumbbells of Q_0 = 10 in extension at De = 0.32, where those of Q_0 = 5 have 4 to 5 % more than dilute ones.
+///
+/// Seed 7, 4472 dumbbells, 5 relaxation times after 10: standard errors 1.9 % of eta_1, 0.7 % of the stretch. Found: 3.3 and
+/// 2.4 % more. Bounds are 4 errors about what repulsion does at rest, 0.6 %: the share of Q_0 = 5 is caught in the stretch.
+#[test]
+#[ignore = "one minute; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture middling"]
+fn reference_middling_dumbbells_in_extension() {
+    let shown = Solution {
+        limit: 10.0,
+        gamma: 5.0,
+        dt: 0.02,
+        times: [60.0, 30.0],
+        seed: 7,
+        ..SHORT
+    }
+    .extended(0.052);
+    let [eta, stretch] = off_in_extension(&shown);
+    assert!((eta - 0.006).abs() < 0.08);
+    assert!((stretch - 0.006).abs() < 0.03);
+}
+
+/// Dumbbells of Q_0 = 10 drawn out, De = 1. A twentieth of all beads, or the work of the flow heats the fluid.
+///
+/// Seed 7, 894 dumbbells, 3.5 relaxation times after 14, which dilute ones take to be within 1 % of where they end: standard
+/// errors 1.2 % of eta_1, 0.7 % of the stretch. Found: 4.1 and 3.7 % less. Bounds are 4 errors about that.
+#[test]
+#[ignore = "four minutes; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture drawn"]
+fn reference_middling_dumbbells_drawn_out() {
+    let shown = Solution {
+        limit: 10.0,
+        gamma: 10.0,
+        share: 0.05,
+        dt: 0.02,
+        times: [160.0, 40.0],
+        seed: 7,
+    }
+    .extended(0.085);
+    let [eta, stretch] = off_in_extension(&shown);
+    assert!((eta + 0.041).abs() < 0.05);
+    assert!((stretch + 0.037).abs() < 0.03);
+    assert!((shown.temperature.value - 1.0).abs() < 0.01);
 }
