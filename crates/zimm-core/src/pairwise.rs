@@ -7,7 +7,7 @@ use crate::{
     Boundary, ForceError, ForceField, Frame, Item, Neighbours, Now, Pair, PairForce, Reads, Row,
     Tally,
     noise::Site,
-    parallel::{each_block, each_block_of_two, fill_with, for_each_chunk},
+    parallel::{each_block, each_block_of_two, for_each_chunk, for_each_chunk_of},
 };
 use glam::{DMat3, DVec3};
 use windows::{CHUNK, Sharers, Touched, Window};
@@ -91,29 +91,30 @@ impl<L: PairForce, N> Pairwise<L, N> {
         N: Neighbours<B>,
     {
         let (order, positions) = (self.neighbours.order(), self.neighbours.positions());
-        if L::READS.velocity {
-            let gradient = frame.boundary.gradient();
-            fill_with(&mut self.velocities, order.len(), |k| {
-                let place = order[k] as usize;
-                let peculiar = frame.velocities.get(place).copied().unwrap_or_default();
-                if B::FLOWS {
-                    peculiar + gradient * positions[k]
-                } else {
-                    peculiar
+        let (gradient, noise) = (frame.boundary.gradient(), frame.now.noise());
+        let len = |is_read: bool| if is_read { order.len() } else { 0 };
+        self.velocities.resize(len(L::READS.velocity), DVec3::ZERO);
+        self.sites.resize(len(L::READS.noise), Site::default());
+        self.species.resize(len(L::READS.species), 0);
+        let columns = (&mut self.velocities[..], &mut self.sites[..]);
+        let columns = (columns, &mut self.species[..]);
+        for_each_chunk_of(columns, |start, ((velocities, sites), species)| {
+            let known = || order[start..].iter().map(|&place| place as usize);
+            for (velocity, place) in velocities.iter_mut().zip(known()) {
+                *velocity = frame.velocities.get(place).copied().unwrap_or_default();
+            }
+            if B::FLOWS {
+                for (velocity, &r) in velocities.iter_mut().zip(&positions[start..]) {
+                    *velocity += gradient * r;
                 }
-            });
-        }
-        if L::READS.noise {
-            let noise = frame.now.noise();
-            fill_with(&mut self.sites, order.len(), |k| {
-                noise.site(frame.id(order[k] as usize))
-            });
-        }
-        if L::READS.species {
-            fill_with(&mut self.species, order.len(), |k| {
-                frame.species(order[k] as usize)
-            });
-        }
+            }
+            for (site, place) in sites.iter_mut().zip(known()) {
+                *site = noise.site(frame.id(place));
+            }
+            for (species, place) in species.iter_mut().zip(known()) {
+                *species = frame.species(place);
+            }
+        });
     }
 
     /// Sums the forces of several blocks, in the source's order.

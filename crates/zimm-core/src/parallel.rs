@@ -96,11 +96,11 @@ impl<C: Cut, W: Fn(usize, C)> pulp::NullaryFnOnce for Chunk<'_, C, W> {
     }
 }
 
-/// Columns that are cut at the same place: slices, and pairs of what can be cut. All are as long as the first or have no
-/// entries at all.
+/// Columns that are cut at the same place: slices, and pairs of what can be cut. All are of one length, or have no entries
+/// at all.
 #[allow(clippy::len_without_is_empty)]
 pub trait Cut: Send + Sized {
-    /// Entries of the first column.
+    /// Entries of the longest column.
     fn len(&self) -> usize;
 
     /// What is before an entry, and the rest.
@@ -120,27 +120,13 @@ impl<A: Send> Cut for &mut [A] {
 
 impl<C: Cut, D: Cut> Cut for (C, D) {
     fn len(&self) -> usize {
-        self.0.len()
+        self.0.len().max(self.1.len())
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
         let ((a, b), (c, d)) = (self.0.cut(at), self.1.cut(at));
         ((a, c), (b, d))
     }
-}
-
-/// Gives a column a length and each of its entries a value, on whatever threads there are.
-pub(crate) fn fill_with<A: Copy + Default + Send>(
-    column: &mut Vec<A>,
-    len: usize,
-    value: impl Fn(usize) -> A + Sync + Send,
-) {
-    column.resize(len, A::default());
-    for_each_chunk(column, |start, chunk| {
-        for (k, entry) in (start..).zip(chunk) {
-            *entry = value(k);
-        }
-    });
 }
 
 /// An ensemble: runs `work` for the replicas 0, 1, .. on whatever threads there are, and gives what it answers in order.

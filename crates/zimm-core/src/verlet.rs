@@ -8,7 +8,7 @@ mod tuner;
 use crate::neighbours::{cutoff_fits, not_finite};
 use crate::{
     Frame, ListError, Neighbours, ParameterError, Periodic, Row, System,
-    parallel::{each_block, fill_with, for_each_chunk},
+    parallel::{each_block, for_each_chunk, for_each_chunk_of},
 };
 use cells::{Grid, Run, Sorting};
 use glam::{DMat3, DVec3};
@@ -246,8 +246,15 @@ impl VerletList {
         self.order.clone_from(&self.sorting.order);
         let sorted = &self.sorting.sorted;
         for column in [&mut self.reference, &mut self.positions] {
-            fill_with(column, sorted.len(), |k| sorted[k].position);
+            column.resize(sorted.len(), DVec3::ZERO);
         }
+        let columns = (&mut self.reference[..], &mut self.positions[..]);
+        for_each_chunk_of(columns, |start, (reference, positions)| {
+            for (r, sorted) in reference.iter_mut().zip(&sorted[start..]) {
+                *r = sorted.position;
+            }
+            positions.copy_from_slice(reference);
+        });
         grid.shifts(&mut shifts);
         self.shifts.clone_from(&shifts);
         self.blocks

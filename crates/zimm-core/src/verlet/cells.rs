@@ -1,7 +1,10 @@
 //! Particles sorted along cells.
 
 use super::lanes::LANES;
-use crate::{Lattice, parallel::fill_with};
+use crate::{
+    Lattice,
+    parallel::{for_each_chunk, for_each_chunk_of},
+};
 use glam::{DMat3, DVec3, IVec3};
 
 /// Cells in fractional coordinates. The last axis is cut finely: cells along it lie next to each other in memory, so
@@ -161,7 +164,12 @@ pub(super) struct Sorting {
 impl Sorting {
     pub(super) fn sort(&mut self, grid: &Grid, positions: &[DVec3]) {
         let n = positions.len();
-        fill_with(&mut self.located, n, |place| grid.locate(positions[place]));
+        self.located.resize(n, Located::default());
+        for_each_chunk(&mut self.located, |start, chunk| {
+            for (located, &r) in chunk.iter_mut().zip(&positions[start..]) {
+                *located = grid.locate(r);
+            }
+        });
         self.starts.clear();
         self.starts.resize(grid.number_of_cells() + 1, 0);
         for located in &self.located {
@@ -179,15 +187,19 @@ impl Sorting {
         self.starts.rotate_right(1);
         self.starts[0] = 0;
         let (located, order) = (&self.located, &self.order);
-        fill_with(&mut self.sorted, n, |k| located[order[k] as usize]);
-        let sorted = &self.sorted;
-        for (axis, column) in self.rounded.iter_mut().enumerate() {
-            fill_with(column, n + LANES, |k| {
-                sorted
-                    .get(k)
-                    .map_or(0.0, |s| grid.rounded(s.position)[axis])
-            });
+        self.sorted.resize(n, Located::default());
+        for column in &mut self.rounded {
+            column.clear();
+            column.resize(n + LANES, 0.0);
         }
+        let [x, y, z] = self.rounded.each_mut().map(|column| &mut column[..n]);
+        let columns = ((&mut self.sorted[..], x), (y, z));
+        for_each_chunk_of(columns, |start, ((sorted, x), (y, z))| {
+            for (k, &place) in order[start..start + sorted.len()].iter().enumerate() {
+                sorted[k] = located[place as usize];
+                [x[k], y[k], z[k]] = grid.rounded(sorted[k].position);
+            }
+        });
     }
 }
 
