@@ -27,13 +27,14 @@ fn each_from<A: Send, S: Send>(
     let middle = column.len().div_ceil(size) / 2;
     let (low, high) = column.split_at_mut(middle * size);
     let (these, those) = states.split_at_mut(middle.min(states.len()));
-    let one = || each_from(first, low, size, these, work);
-    let other = || each_from(first + middle, high, size, those, work);
     #[cfg(feature = "rayon")]
-    rayon::join(one, other);
+    rayon::join(
+        || each_from(first, low, size, these, work),
+        || each_from(first + middle, high, size, those, work),
+    );
     #[cfg(not(feature = "rayon"))]
     {
-        one();
-        other();
+        each_from(first, low, size, these, work);
+        each_from(first + middle, high, size, those, work);
     }
 }
