@@ -95,7 +95,7 @@ impl Stage {
             .resize(if predicts { r.len() } else { 0 }, DVec3::ZERO);
         self.images.resize(particles.images().len(), IVec3::ZERO);
         self.meet(system, field)?;
-        self.each_flight(system, |flight| {
+        self.go_on(system, |flight| {
             let here = flight.start..flight.start + flight.positions.len();
             flight.positions.copy_from_slice(&r[here.clone()]);
             match c.get(here.clone()) {
@@ -107,15 +107,6 @@ impl Stage {
             }
             fly(flight)
         })
-    }
-
-    /// Lets what has departed fly on, chunk by chunk.
-    pub(crate) fn go_on<B: Boundary>(
-        &mut self,
-        system: &System<B>,
-        fly: impl Fn(&mut Flight<'_>) -> Result<(), Lost> + Sync + Send,
-    ) -> Result<(), StepError> {
-        self.each_flight(system, fly)
     }
 
     /// Evaluates the forces of the present state if the system has none.
@@ -141,15 +132,16 @@ impl Stage {
             .map_err(|source| StepError::Force { step, source })
     }
 
-    fn each_flight<B: Boundary>(
+    /// Lets what has departed fly on, chunk by chunk.
+    pub(crate) fn go_on<B: Boundary>(
         &mut self,
         system: &System<B>,
         fly: impl Fn(&mut Flight<'_>) -> Result<(), Lost> + Sync + Send,
     ) -> Result<(), StepError> {
         let masses = system.particles.masses();
-        let forces = match system.particles.forces() {
-            [] => &self.first,
-            forces => forces,
+        let forces = match &self.first[..] {
+            [] => system.particles.forces(),
+            first => first,
         };
         let columns = (
             (&mut self.positions[..], &mut self.velocities[..]),
