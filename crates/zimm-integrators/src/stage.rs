@@ -116,7 +116,8 @@ impl Stage {
         field: &mut F,
     ) -> Result<(), StepError> {
         let particles = &system.particles;
-        self.first.clear();
+        // Needed once: its room goes, too.
+        self.first = Vec::new();
         if particles.forces().len() == particles.len() {
             return Ok(());
         }
