@@ -735,7 +735,8 @@ fn reference_middling_dumbbells_in_extension() {
 /// Dumbbells of Q_0 = 10 drawn out, De = 1. A twentieth of all beads, or the work of the flow heats the fluid.
 ///
 /// Seed 7, 894 dumbbells, 3.5 relaxation times after 14, which dilute ones take to be within 1 % of where they end: standard
-/// errors 1.2 % of eta_1, 0.7 % of the stretch. Found: 4.1 and 3.7 % less. Bounds are 4 errors about that.
+/// errors 1.2 % of eta_1, 0.7 % of the stretch. Found: 4.1 and 3.7 % less. Bounds are 4 errors about half of what those of
+/// Q_0 = 5 lack, 3.4 and 2.9 %: that what they lack falls as 1 / Q_0.
 #[test]
 #[ignore = "four minutes; cargo test -p zimm-tests --test dpd_dumbbells -- --ignored --nocapture drawn"]
 fn reference_middling_dumbbells_drawn_out() {
@@ -749,7 +750,7 @@ fn reference_middling_dumbbells_drawn_out() {
     }
     .extended(0.085);
     let [eta, stretch] = off_in_extension(&shown);
-    assert!((eta + 0.041).abs() < 0.05);
-    assert!((stretch + 0.037).abs() < 0.03);
+    assert!((eta + 0.034).abs() < 0.05);
+    assert!((stretch + 0.029).abs() < 0.03);
     assert!((shown.temperature.value - 1.0).abs() < 0.01);
 }
