@@ -18,6 +18,9 @@
 //! With `--chain N` the same share of the beads belongs to chains of N beads. `--spring-repulsion` keeps their springs
 //! from passing through each other, and `--gamma-la` takes Lowe-Andersen dynamics of that rate instead of friction and
 //! noise: chains as in Clarke's chapter 5, of which the example `semidilute_dpd` is a closer study.
+//! Default rates and times follow an estimate of the longest relaxation time: rates cover the Deborah numbers of the
+//! dumbbells' default rates; slower molecules flow for eight relaxation times before anything counts and for 20 after,
+//! with `--quick` for one and four. Chains of 20 take an hour or more of one core, with `--quick` some minutes.
 //!
 //! With `--flow rpf` the cell is 12 x 24 x 12 and holds two channels one above the other, driven to and fro by
 //! `--forces` on every bead. The stress f n y at the distance y from a centre line is imposed, the rate is the slope of

@@ -207,12 +207,12 @@ impl Options {
         }
         if options.rates.is_empty() {
             options.rates = match options.method {
-                Method::Dpd => dpd::default_rates(options.flow),
+                Method::Dpd => dpd::default_rates(options.flow, options.solute),
                 Method::Bd => bd::default_rates(options.flow),
             };
         }
         let allowed = match options.method {
-            Method::Dpd => 1e-4..=10.0,
+            Method::Dpd => 1e-7..=10.0,
             Method::Bd => 1e-4..=1e6,
         };
         if let Some(rate) = options.rates.iter().find(|rate| !allowed.contains(*rate)) {
@@ -326,6 +326,31 @@ mod tests {
             (1, None, false)
         );
         assert_eq!(options.out, PathBuf::from("target/rheometer"));
+    }
+
+    /// For 20 beads in the same fluid lambda_1 / lambda_H = sin^2(pi / 4) / sin^2(pi / 40) = 81.2, and rates are as much
+    /// lower. They rise, and none is so high that extension stirs the fluid.
+    #[test]
+    fn limit_default_rates_follow_the_longest_relaxation_time() {
+        let flows = |words: &str| parse(&format!("--flow extension {words}")).unwrap().rates;
+        assert_eq!(flows(""), [0.05, 0.1, 0.2, 0.28]);
+        assert_eq!(
+            parse("--chain 20").unwrap().rates,
+            [0.0012, 0.0025, 0.0049, 0.0098]
+        );
+        assert_eq!(flows("--chain 20"), [0.00062, 0.0012, 0.0025, 0.0034]);
+        for words in [
+            "--gamma-la 0.1",
+            "--gamma-la 100",
+            "--chain 200 --gamma-la 30",
+        ] {
+            let rates = flows(words);
+            assert!(
+                rates.is_sorted() && rates.iter().all(|rate| *rate <= 0.28),
+                "{rates:?}"
+            );
+        }
+        assert_eq!(parse("--chain 20 --rates 0.3").unwrap().rates, [0.3]);
     }
 
     #[test]

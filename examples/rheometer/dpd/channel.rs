@@ -3,7 +3,7 @@
 
 use super::channel_report::{draw, summary};
 use super::kept::Kept;
-use super::{DT, Forces, KT, LIMIT, Solution, TRANSIENT, measurement, spaces};
+use super::{DT, Forces, KT, LIMIT, MEASUREMENT, QUICK_MEASUREMENT, Solution, TRANSIENT, spaces};
 use crate::Problem;
 use crate::options::Options;
 use crate::text::{Record, csv, json_line, unsettled, with_errors};
@@ -215,7 +215,12 @@ fn transient(options: &Options, height: f64) -> u64 {
 
 /// The step at which a run is done, always one with a checkpoint.
 fn last_step(options: &Options, height: f64) -> u64 {
-    let steps = transient(options, height) + (measurement(options) / DT) as u64;
+    let time = if options.quick {
+        QUICK_MEASUREMENT
+    } else {
+        MEASUREMENT
+    };
+    let steps = transient(options, height) + (time / DT) as u64;
     steps.next_multiple_of(STEPS_PER_CHECKPOINT)
 }
 

@@ -44,13 +44,20 @@ const SKIN: f64 = 0.4;
 
 /// Time at rest until overlaps have gone and the fluid has its structure.
 const REST: f64 = 10.0;
-/// Time in the flow before anything counts, about eight relaxation times of dumbbells, and strain for each bead of a
-/// molecule that has to have passed as well.
+/// Time in the flow before anything counts, about eight relaxation times of dumbbells, and strain that has to have
+/// passed as well. Of slower molecules it is eight relaxation times too.
 const TRANSIENT: f64 = 18.0;
-const TRANSIENT_STRAIN_PER_BEAD: f64 = 1.0;
-/// Time that counts: some 200 relaxation times. Samples are just above 2048, where block averages need fewest.
+const TRANSIENT_STRAIN: f64 = 2.0;
+/// Time that counts: some 200 relaxation times of dumbbells, of slower molecules 20 at least. Samples are just above
+/// 2048, where block averages need fewest.
 const MEASUREMENT: f64 = 460.0;
+const SLOW_MEASUREMENT: f64 = 46.0;
 const QUICK_MEASUREMENT: f64 = 20.0;
+/// One relaxation time of dumbbells. Coarse runs of slower molecules take one before anything counts and four after: with
+/// less the friction at the slowest rate is lost in noise.
+const QUICK_SLOW: [f64; 2] = [2.3, 9.2];
+/// Molecules are slow in coarse runs if they take this many times as long as dumbbells.
+const SLOW: f64 = 3.0;
 const STEPS_PER_SAMPLE: u64 = 22;
 const STEPS_PER_CHECKPOINT: u64 = 1000;
 
@@ -61,12 +68,21 @@ type Forces<L> = (Pairwise<L, VerletList>, Bonded<Fene>, SpringRepulsion);
 pub(crate) const DEFAULT_FORCES: [f64; 2] = [0.04, 0.2];
 
 /// Rates that show something. Extension stretches vortices that vary along the neutral axis of planar flows: beyond a
-/// rate of 0.3, which is nu (2 pi / L_z)^2 of this fluid in this cell, the fluid would stir itself.
-pub(crate) fn default_rates(flow: Flow) -> Vec<f64> {
-    match flow {
-        Flow::Shear | Flow::Rpf => vec![0.1, 0.2, 0.4, 0.8],
-        Flow::Extension | Flow::Mixed | Flow::Uniaxial => vec![0.05, 0.1, 0.2, 0.28],
-    }
+/// rate of 0.3, which is nu (2 pi / L_z)^2 of this fluid in this cell, the fluid would stir itself. Slower molecules get
+/// rates as much lower, of two digits.
+pub(crate) fn default_rates(flow: Flow, solute: Solute) -> Vec<f64> {
+    let of_dumbbells = match flow {
+        Flow::Shear | Flow::Rpf => [0.1, 0.2, 0.4, 0.8],
+        Flow::Extension | Flow::Mixed | Flow::Uniaxial => [0.05, 0.1, 0.2, 0.28],
+    };
+    of_dumbbells
+        .map(|rate| two_digits(rate / solute.slowness()))
+        .to_vec()
+}
+
+/// The nearest number of two decimal digits, as its digits are read.
+fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
 }
 
 /// The rheogram that the options ask for.
@@ -250,12 +266,13 @@ impl<L: PairForce + Clone, S: Clone> Solution<'_, L, S> {
         }
         let (mut forces, mut stepper) = (self.forces(&molecules)?, self.stepper.clone());
         let mut chains = Chains::new(molecules)?;
+        let interval = steps_per_sample(options.solute);
         let (done, last) = (fluid.clock.now().step, last_step(rate, options));
         bar.inc(done.min(last));
         let before = samples.last().map_or(0.0, |sample: &Sample| sample.seconds);
         let start = Instant::now();
         for step in done + 1..=last {
-            if step % STEPS_PER_SAMPLE == 0 {
+            if step % interval == 0 {
                 let mut virial = Virial::default();
                 stepper.step(&mut fluid, &mut forces, &mut virial)?;
                 let seconds = before + start.elapsed().as_secs_f64();
@@ -273,6 +290,7 @@ impl<L: PairForce + Clone, S: Clone> Solution<'_, L, S> {
             flow: options.flow,
             rate,
             solute: options.solute,
+            transient: transient(rate, options),
             gradient,
             samples,
         };
@@ -283,22 +301,34 @@ impl<L: PairForce + Clone, S: Clone> Solution<'_, L, S> {
 }
 
 /// Steps before anything counts.
-fn transient(rate: f64, solute: Solute) -> u64 {
-    let strain = TRANSIENT_STRAIN_PER_BEAD * f64::from(solute.chain);
-    (TRANSIENT.max(strain / rate) / DT).ceil() as u64
+fn transient(rate: f64, options: &Options) -> u64 {
+    let slowness = options.solute.slowness();
+    let time = if options.quick && slowness > SLOW {
+        QUICK_SLOW[0] * slowness
+    } else {
+        (TRANSIENT * slowness).max(TRANSIENT_STRAIN / rate)
+    };
+    (time / DT).ceil() as u64
 }
 
 /// The step at which a rate is done, always one with a checkpoint.
 fn last_step(rate: f64, options: &Options) -> u64 {
-    let steps = transient(rate, options.solute) + (measurement(options) / DT) as u64;
+    let steps = transient(rate, options) + (measurement(options) / DT) as u64;
     steps.next_multiple_of(STEPS_PER_CHECKPOINT)
 }
 
 /// Time that counts.
 fn measurement(options: &Options) -> f64 {
+    let slowness = options.solute.slowness();
     if options.quick {
-        QUICK_MEASUREMENT
+        QUICK_MEASUREMENT.max(QUICK_SLOW[1] * slowness)
     } else {
-        MEASUREMENT
+        MEASUREMENT.max(SLOW_MEASUREMENT * slowness)
     }
+}
+
+/// Slower molecules are looked at as often in the time that counts, not in each unit of time.
+fn steps_per_sample(solute: Solute) -> u64 {
+    let longer = (SLOW_MEASUREMENT * solute.slowness() / MEASUREMENT).max(1.0);
+    (STEPS_PER_SAMPLE as f64 * longer) as u64
 }

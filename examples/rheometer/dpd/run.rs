@@ -3,7 +3,7 @@
 use super::measure::Sample;
 use super::report::Row;
 use super::solute::Solute;
-use super::{KT, LIMIT, transient};
+use super::{KT, LIMIT};
 use crate::Problem;
 use crate::flow::Flow;
 use zimm::prelude::*;
@@ -17,6 +17,8 @@ pub(crate) struct Run {
     pub(crate) rate: f64,
     /// What flows.
     pub(crate) solute: Solute,
+    /// Steps before anything counts.
+    pub(crate) transient: u64,
     /// Its velocity gradient.
     pub(crate) gradient: DMat3,
     /// All samples, the transient's among them.
@@ -25,10 +27,9 @@ pub(crate) struct Run {
 
 impl Run {
     fn steady(&self) -> impl Iterator<Item = &Sample> {
-        let transient = transient(self.rate, self.solute);
         self.samples
             .iter()
-            .filter(move |sample| sample.step > transient)
+            .filter(|sample| sample.step > self.transient)
     }
 
     fn average(&self, part: impl Fn(&Sample) -> f64) -> Result<Mean, AnalysisError> {

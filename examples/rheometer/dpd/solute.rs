@@ -6,6 +6,11 @@ use clap::{Args, ValueEnum};
 use std::f64::consts::{FRAC_PI_2, PI};
 use zimm::prelude::*;
 
+/// Friction of a dumbbell's bead as this example finds it in coarse runs: 12.47(13) with friction and noise, 10.0(2) with
+/// Lowe and Andersen's dynamics at the rate 5, here taken to be proportional to the rate.
+const GROOT_WARREN_FRICTION: f64 = 12.5;
+const LOWE_ANDERSEN_FRICTION: f64 = 2.0;
+
 /// How springs repel each other, so that chains do not pass through each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Law {
@@ -61,6 +66,17 @@ impl Solute {
     /// Springs of a chain.
     pub(crate) fn springs(&self) -> f64 {
         f64::from(self.chain - 1)
+    }
+
+    /// An estimate of the longest relaxation time over that of dumbbells in the fluid of Groot and Warren, exactly 1 for
+    /// these and for what is faster. Default rates and times follow it; what is reported follows the friction that is
+    /// found.
+    pub(crate) fn slowness(&self) -> f64 {
+        let friction = self.gamma_la.map_or(1.0, |rate| {
+            LOWE_ANDERSEN_FRICTION * rate / GROOT_WARREN_FRICTION
+        });
+        // As in `time_per_friction`.
+        (friction / (1.0 - (FRAC_PI_2 - PI / f64::from(self.chain)).sin())).max(1.0)
     }
 
     /// The longest relaxation time over the friction of a bead, 1 / (8 H sin^2(pi / 2N)), for two beads 1 / 4H.
