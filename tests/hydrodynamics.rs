@@ -677,8 +677,8 @@ fn reference_chains_in_a_good_solvent_below_overlap() {
     assert_good_solvent(20, 24.152, published);
 }
 
-/// Second row, at 1.199 c*. Found: 99.9(13), 16.64(10), 0.0174(3). The third, 70 chains at 2.623 c* in the same cell, is `<R_e^2>` = 76.07(53), `<R_g^2>` = 13.33(5),
-/// D = 0.0024(1), and needs ten times the time.
+/// Second row, at 1.199 c*. Found: 99.9(13), 16.64(10), 0.0174(3). The third, 70 chains at 2.623 c* in the same cell, is
+/// `<R_e^2>` = 76.07(53), `<R_g^2>` = 13.33(5), D = 0.0024(1), and needs ten times the time.
 #[test]
 #[ignore = "30 minutes; cargo test --release -p zimm-tests --test hydrodynamics -- --ignored --nocapture above_overlap"]
 fn reference_chains_in_a_good_solvent_above_overlap() {

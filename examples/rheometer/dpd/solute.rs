@@ -75,15 +75,17 @@ impl Solute {
         let friction = self.gamma_la.map_or(1.0, |rate| {
             LOWE_ANDERSEN_FRICTION * rate / GROOT_WARREN_FRICTION
         });
-        // As in `time_per_friction`.
-        (friction / (1.0 - (FRAC_PI_2 - PI / f64::from(self.chain)).sin())).max(1.0)
+        (friction / self.twice_square()).max(1.0)
+    }
+
+    /// 2 sin^2(pi / 2N) = 1 - cos(pi / N), exactly 1 for two beads.
+    fn twice_square(&self) -> f64 {
+        1.0 - (FRAC_PI_2 - PI / f64::from(self.chain)).sin()
     }
 
     /// The longest relaxation time over the friction of a bead, 1 / (8 H sin^2(pi / 2N)), for two beads 1 / 4H.
     pub(crate) fn time_per_friction(&self) -> Result<f64, ParameterError> {
-        // 2 sin^2(pi / 2N) = 1 - cos(pi / N), exactly 1 for two beads.
-        let twice_square = 1.0 - (FRAC_PI_2 - PI / f64::from(self.chain)).sin();
-        Ok(0.25 / spring()?.stiffness() / twice_square)
+        Ok(0.25 / spring()?.stiffness() / self.twice_square())
     }
 }
 
