@@ -86,27 +86,38 @@ impl<B: Boundary, M: Entries<B> + Sync> Root<B, M> for Cholesky {
     ) -> Result<(), MobilityError> {
         let (guard, accuracy) = (self.tolerance * self.tolerance, mobility.accuracy());
         let runs = mobility.runs();
-        white.fill(&mut self.noise, displacements.len());
         self.blocks.resize_with(runs.len(), Block::default);
         for (block, places) in self.blocks.iter_mut().zip(runs) {
             block.places = places;
         }
-        let (mobility, noise) = (&*mobility, &self.noise);
+        let entries = &*mobility;
         each_block(&mut self.blocks, |_, block| {
-            block.read(|i, j| mobility.entry(i, j));
+            block.read(|i, j| entries.entry(i, j));
             let least = block.least(guard);
             block.factorise(least);
             if matches!(block.outcome, Outcome::Negative(_)) && accuracy > 0.0 {
                 let raised = |i, j| if i == j { accuracy } else { 0.0 };
                 let raised = |i, j| DMat3::from_diagonal(DVec3::splat(raised(i, j)));
-                block.read(|i, j| mobility.entry(i, j) + raised(i, j));
+                block.read(|i, j| entries.entry(i, j) + raised(i, j));
                 block.factorise(least);
             }
-            block.multiply(noise);
         });
         for block in &self.blocks {
             block.check()?;
         }
+        Root::<B, M>::again(self, mobility, white, scale, displacements)
+    }
+
+    fn again(
+        &mut self,
+        _: &mut M,
+        white: &White<'_>,
+        scale: f64,
+        displacements: &mut [DVec3],
+    ) -> Result<(), MobilityError> {
+        white.fill(&mut self.noise, displacements.len());
+        let noise = &self.noise;
+        each_block(&mut self.blocks, |_, block| block.multiply(noise));
         for block in &self.blocks {
             let moved = &mut displacements[block.places.clone()];
             for (displacement, x) in moved.iter_mut().zip(block.product.chunks_exact(3)) {

@@ -1,7 +1,7 @@
 //! The explicit scheme of Euler and Maruyama.
 
 use crate::{Mobility, Root, stage::Stage};
-use zimm_core::{Boundary, ForceField, StepError, Stepper, System, Tally};
+use zimm_core::{Boundary, ForceField, ParameterError, StepError, Stepper, System, Tally};
 
 /// Euler and Maruyama's scheme for overdamped beads in a flow:
 ///
@@ -44,6 +44,16 @@ impl<M, R> EulerMaruyama<M, R> {
             root,
             stage: Stage::default(),
         }
+    }
+
+    /// Keeps a mobility and what its root has made of it for so many steps, as
+    /// [`SemiImplicit::keeping`](crate::SemiImplicit::keeping) does.
+    ///
+    /// # Errors
+    /// If `steps` is 0.
+    pub fn keeping(mut self, steps: u64) -> Result<Self, ParameterError> {
+        self.stage.keep(steps)?;
+        Ok(self)
     }
 }
 

@@ -63,6 +63,21 @@ pub trait Root<B: Boundary, M: Mobility<B>> {
         scale: f64,
         displacements: &mut [DVec3],
     ) -> Result<(), MobilityError>;
+
+    /// The same for another vector, where `M` was not bound since the last [`add`](Self::add), which went well: a root that
+    /// keeps what it made of `M` need not make it again.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    fn again(
+        &mut self,
+        mobility: &mut M,
+        white: &White<'_>,
+        scale: f64,
+        displacements: &mut [DVec3],
+    ) -> Result<(), MobilityError> {
+        self.add(mobility, white, scale, displacements)
+    }
 }
 
 impl<B: Boundary> Mobility<B> for () {

@@ -3,7 +3,10 @@
 
 use crate::{Mobility, Root, White};
 use std::mem::swap;
-use zimm_core::{Boundary, DVec3, ForceField, IVec3, StepError, System, Tally, for_each_chunk};
+use zimm_core::{
+    Boundary, DVec3, ForceField, Frame, IVec3, ParameterError, StepError, System, Tally,
+    for_each_chunk,
+};
 
 /// Working copies of the columns that move, and what moves them.
 #[derive(Clone, Debug, Default)]
@@ -13,9 +16,49 @@ pub(crate) struct Stage {
     pub(crate) velocities: Vec<DVec3>,
     pub(crate) noise: Vec<DVec3>,
     pub(crate) images: Vec<IVec3>,
+    kept: Kept,
+}
+
+/// For how long a mobility serves.
+#[derive(Clone, Debug, Default)]
+struct Kept {
+    /// More than one if it is kept.
+    steps: u64,
+    /// The step that it served last.
+    last: Option<u64>,
+    /// The particles that it was bound for.
+    ids: Vec<u32>,
+    len: usize,
+    /// Whether its root has been taken.
+    is_rooted: bool,
+}
+
+impl Kept {
+    /// Whether what is bound serves this step: the same one tried again, or the next one of the same particles if a
+    /// round of steps does not begin with it.
+    fn serves<B: Boundary>(&self, frame: &Frame<'_, B>) -> bool {
+        let step = frame.now.step;
+        let follows = |last| step == last || (step == last + 1 && !step.is_multiple_of(self.steps));
+        self.steps > 1
+            && self.last.is_some_and(follows)
+            && self.len == frame.len()
+            && self.ids == frame.ids
+    }
 }
 
 impl Stage {
+    /// Keeps a mobility for so many steps.
+    pub(crate) fn keep(&mut self, steps: u64) -> Result<(), ParameterError> {
+        if steps == 0 {
+            return Err(ParameterError::new("steps", 0.0, "at least 1"));
+        }
+        self.kept = Kept {
+            steps,
+            ..Kept::default()
+        };
+        Ok(())
+    }
+
     /// Copies the present state. Forces that are not there are evaluated.
     pub(crate) fn open<B: Boundary, F: ForceField<B>>(
         &mut self,
@@ -55,17 +98,26 @@ impl Stage {
         Ok(())
     }
 
-    /// Binds the mobility to the present state, and draws the random displacements of one step.
+    /// Binds the mobility to the present state, unless it is kept, and draws the random displacements of one step.
     pub(crate) fn shake<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
         &mut self,
         system: &System<B>,
         mobility: &mut M,
         root: &mut R,
     ) -> Result<(), StepError> {
-        let step = system.clock.next().step;
-        mobility
-            .bind(&system.frame())
-            .map_err(|source| StepError::Mobility { step, source })?;
+        let (frame, step) = (system.frame(), system.clock.next().step);
+        let kept = &mut self.kept;
+        if !kept.serves(&frame) {
+            (kept.last, kept.is_rooted) = (None, false);
+            mobility
+                .bind(&frame)
+                .map_err(|source| StepError::Mobility { step, source })?;
+            if kept.steps > 1 {
+                frame.ids.clone_into(&mut kept.ids);
+                kept.len = frame.len();
+            }
+        }
+        kept.last = Some(frame.now.step);
         self.draw(system, mobility, root, &[])
     }
 
@@ -83,8 +135,14 @@ impl Stage {
             let scale = (2.0 * next.kt * next.dt).sqrt();
             let white = White::new(next.noise(), &frame).again(attempts);
             let step = next.step;
-            root.add(mobility, &white, scale, &mut self.noise)
-                .map_err(|source| StepError::Mobility { step, source })?;
+            let (noise, is_rooted) = (&mut self.noise, &mut self.kept.is_rooted);
+            let done = if std::mem::take(is_rooted) {
+                root.again(mobility, &white, scale, noise)
+            } else {
+                root.add(mobility, &white, scale, noise)
+            };
+            done.map_err(|source| StepError::Mobility { step, source })?;
+            *is_rooted = true;
         }
         Ok(())
     }
