@@ -7,11 +7,11 @@
 //! | feature | crate | what is in it |
 //! | --- | --- | --- |
 //! | always | [`core`] | particles, lattices, neighbour lists, addressed noise, the traits |
-//! | `forces` | [`forces`] | DPD, Lennard-Jones, springs, body forces |
+//! | `forces` | [`forces`] | DPD, Lennard-Jones, springs, springs that repel each other, body forces |
 //! | `boundary` | [`boundary`] | open flows, periodic boxes, shear, extension, mixed flow |
-//! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin |
+//! | `integrators` | [`integrators`] | Groot-Warren velocity Verlet in peculiar velocities, Langevin, Lowe-Andersen, Shardlow's splitting, pairwise BAOAB |
 //! | `brownian` | [`brownian`] | Brownian dynamics: free draining, schemes for stiff springs |
-//! | `hydrodynamics` | [`brownian`] | Rotne-Prager-Yamakawa mobilities, Ewald sums, their square roots (not by default) |
+//! | `hydrodynamics` | [`brownian`] | Rotne-Prager-Yamakawa mobilities, Ewald sums, a mesh, their square roots (not by default) |
 //! | `analysis` | [`analysis`] | stress, temperatures, material functions, averages with error bars, structure |
 //! | `output` | [`output`] | trajectories that other tools read, and that are read back |
 //! | `rayon` | | threads, with the same bits as without |
