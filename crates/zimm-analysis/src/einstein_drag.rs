@@ -17,7 +17,7 @@ use zimm_core::ParameterError;
 /// other way to the drag is [`GiesekusDrag`](crate::GiesekusDrag), from the stress of dumbbells in a flow (Clarke, PhD
 /// thesis, MIT 2008, section 4.2.4).
 ///
-/// D is the coefficient of [`Diffusion`](crate::Diffusion), eta the viscosity of the fluid, from an independent run.
+/// D is the coefficient of [`Diffusion`](crate::Diffusion), or kT v / F of beads that are pulled by F and drift at v; eta the viscosity of the fluid, from an independent run.
 /// Errors are to first order.
 ///
 /// ```

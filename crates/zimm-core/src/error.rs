@@ -217,6 +217,16 @@ pub enum ForceError {
         /// Number of particles.
         particles: usize,
     },
+    /// Particles that others are to balance are none or all of them.
+    #[error("identities from {start} to below {end} are none or all of {particles} particles")]
+    NoneOrAll {
+        /// The first identity.
+        start: u32,
+        /// The first identity beyond.
+        end: u32,
+        /// Number of particles.
+        particles: usize,
+    },
 }
 
 /// Why a mobility or its square root could not be had.

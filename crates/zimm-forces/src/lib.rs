@@ -36,6 +36,7 @@
 //! | law | force | source |
 //! | --- | --- | --- |
 //! | [`ConstantForce`] | the same on all | |
+//! | [`Pulled`] | the same on some, its opposite shared by all others | |
 //! | [`ReversePoiseuille`] | opposite in the two halves of the cell | Backer et al. 2005 |
 //!
 //! What DPD is made of can be exchanged: coefficients ([`Coefficient`]: a number or a [`SpeciesMatrix`]), weights
@@ -53,6 +54,7 @@ mod length;
 mod lennard_jones;
 mod marko_siggia;
 mod narrow_gaussian;
+mod pulled;
 mod reverse_poiseuille;
 mod segment_repulsion;
 mod wca;
@@ -68,6 +70,7 @@ pub use hooke::Hooke;
 pub use lennard_jones::LennardJones;
 pub use marko_siggia::MarkoSiggia;
 pub use narrow_gaussian::NarrowGaussian;
+pub use pulled::Pulled;
 pub use reverse_poiseuille::ReversePoiseuille;
 pub use segment_repulsion::{
     Approach, KumarLarson, PanManke, Phantom, SegmentForce, SegmentRepulsion,
