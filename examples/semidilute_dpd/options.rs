@@ -36,9 +36,11 @@ pub(crate) struct Options {
     /// How chains begin: stretched in a sweep of extension, else as coils, if not given.
     #[arg(long, value_enum)]
     start: Option<Start>,
-    /// Lets springs pass through each other.
-    #[arg(long)]
-    pub(crate) phantom: bool,
+    /// Force of springs on each other at contact, in kT / r_c: 1000 as the law is printed, 100 as its pictures show it; 0 lets
+    /// springs pass through each other.
+    #[arg(long, value_name = "F", default_value_t = 1000.0)]
+    #[arg(value_parser = not_negative, allow_negative_numbers = true)]
+    pub(crate) contact_force: f64,
     /// Time in the flow, in relaxation times.
     #[arg(long, value_name = "T", default_value_t = 10.0)]
     #[arg(value_parser = positive, allow_negative_numbers = true)]
@@ -142,7 +144,7 @@ impl Options {
                     solvent: self.solvent,
                     flow: self.flow,
                     rate,
-                    phantom: self.phantom,
+                    contact_force: self.contact_force,
                     start: self.start.unwrap_or(default),
                     seed: self.seed.wrapping_add(run),
                 }));
@@ -158,9 +160,16 @@ impl Options {
 }
 
 fn positive(word: &str) -> Result<f64, String> {
+    match not_negative(word)? {
+        0.0 => Err("must be above zero".into()),
+        value => Ok(value),
+    }
+}
+
+fn not_negative(word: &str) -> Result<f64, String> {
     match word.trim().parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        Ok(_) => Err("must be finite and above zero".into()),
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        Ok(_) => Err("must be finite and not below zero".into()),
         Err(_) if word.trim().is_empty() => Err("a number is missing".into()),
         Err(_) => Err("must be a number".into()),
     }

@@ -31,15 +31,14 @@ const NAMES: [&str; 7] = [
 const BINS: usize = 20;
 
 /// `space` is the cell of a rate.
-pub(crate) fn run<B: Periodic, L: SegmentForce + Copy>(
+pub(crate) fn run<B: Periodic>(
     options: &Options,
     solution: &Solution,
     space: impl Fn(f64) -> Result<B, Problem>,
-    law: L,
 ) -> Result<(), Problem> {
     let flowing = space(solution.rate)?;
     let chains = solution.chains(flowing.lattice())?;
-    let mut forces = solution.forces(&chains, law)?;
+    let mut forces = solution.forces(&chains)?;
     let [table, checkpoint] =
         ["csv", "checkpoint"].map(|kind| options.out.join(format!("semidilute_dpd.{kind}")));
     let (mut system, mut samples) = if options.resume && checkpoint.exists() {

@@ -35,7 +35,11 @@ pub(crate) const CROWDED: f64 = 0.5;
 pub(crate) const STEPS_PER_CHECKPOINT: u64 = 500;
 
 type Beads = Pairwise<DpdConservative<SpeciesMatrix<2>>, VerletList>;
-pub(crate) type Forces<L> = (Beads, Bonded<Fene>, SegmentRepulsion<L, VerletList>);
+pub(crate) type Forces = (
+    Beads,
+    Bonded<Fene>,
+    SegmentRepulsion<KumarLarson, VerletList>,
+);
 
 /// All that a run begins with. Printed, it is the line by which a checkpoint knows its own; only the time may grow.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +48,7 @@ pub(crate) struct Solution {
     pub(crate) solvent: Solvent,
     pub(crate) flow: Flow,
     pub(crate) rate: f64,
-    pub(crate) phantom: bool,
+    pub(crate) contact_force: f64,
     pub(crate) start: Start,
     pub(crate) seed: u64,
 }
@@ -56,14 +60,14 @@ impl fmt::Display for Solution {
             solvent,
             flow,
             rate,
-            phantom,
+            contact_force,
             start,
             seed,
         } = self;
         write!(
             f,
-            "concentration {concentration} solvent {solvent:?} flow {flow:?} rate {rate} phantom {phantom} \
-             start {start:?} seed {seed}"
+            "concentration {concentration} solvent {solvent:?} flow {flow:?} rate {rate} \
+             contact force {contact_force} start {start:?} seed {seed}"
         )
     }
 }
@@ -87,13 +91,14 @@ impl Solution {
         }
     }
 
-    pub(crate) fn forces<L>(&self, chains: &Molecules, law: L) -> Result<Forces<L>, Problem> {
+    pub(crate) fn forces(&self, chains: &Molecules) -> Result<Forces, Problem> {
         let unlike = match self.solvent {
             Solvent::Theta => REPULSION,
             Solvent::Good => REPULSION_OF_GOOD_SOLVENT,
         };
         let repulsion = SpeciesMatrix::new([[REPULSION, unlike], [unlike, REPULSION]])?;
         let beads = DpdConservative::new(repulsion, 1.0)?;
+        let law = KumarLarson::with_contact_force(self.contact_force, 10.0, SPRINGS_CUTOFF)?;
         Ok((
             Pairwise::new(beads, VerletList::new(SKIN)?),
             Bonded::new(spring()?, chains.bonds()),
@@ -102,11 +107,11 @@ impl Solution {
     }
 
     /// Chains, solvent anywhere, overlaps parted.
-    pub(crate) fn begin<B: Periodic, L: SegmentForce>(
+    pub(crate) fn begin<B: Periodic>(
         &self,
         space: B,
         chains: &Molecules,
-        forces: &mut Forces<L>,
+        forces: &mut Forces,
     ) -> Result<System<B>, Problem> {
         let (lattice, mut rng) = (*space.lattice(), start::stream(self.seed));
         let positions = match self.start {

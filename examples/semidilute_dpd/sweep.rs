@@ -22,11 +22,10 @@ const OF_CHAIN: usize = 4;
 const OF_SOLUTION: usize = 3;
 
 /// `space` is the cell of a rate.
-pub(crate) fn run<B: Periodic, L: SegmentForce + Copy>(
+pub(crate) fn run<B: Periodic>(
     options: &Options,
     solutions: &[Solution],
     space: impl Fn(f64) -> Result<B, Problem> + Sync,
-    law: L,
 ) -> Result<(), Problem> {
     for solution in solutions {
         solution.chains(space(solution.rate)?.lattice())?;
@@ -38,7 +37,7 @@ pub(crate) fn run<B: Periodic, L: SegmentForce + Copy>(
     let bar = progress_bar("flowing", options.steps() * solutions.len() as u64);
     let measured = solutions.par_iter().map(|solution| {
         space(solution.rate)
-            .and_then(|space| flow(options, solution, space, law, &bar))
+            .and_then(|space| flow(options, solution, space, &bar))
             .map_err(|error| Problem::from(format!("{}: {error}", name(solution))))
     });
     let measured: Vec<Measured> = measured.collect::<Result<_, _>>()?;
@@ -92,15 +91,14 @@ impl Measured {
 }
 
 /// One run from its beginning, or from where it was interrupted.
-fn flow<B: Periodic, L: SegmentForce>(
+fn flow<B: Periodic>(
     options: &Options,
     solution: &Solution,
     space: B,
-    law: L,
     bar: &ProgressBar,
 ) -> Result<Measured, Problem> {
     let chains = solution.chains(space.lattice())?;
-    let mut forces = solution.forces(&chains, law)?;
+    let mut forces = solution.forces(&chains)?;
     let mut stepper = stepper()?;
     let checkpoint = checkpoint(options, solution);
     let (mut system, mut numbers) = if checkpoint.exists() {
@@ -133,10 +131,10 @@ fn flow<B: Periodic, L: SegmentForce>(
 
 /// Kramers' stress of each chain over n kT is the sum of its tensions and spans, F Q / kT. The repulsion's is shared out
 /// among the chains in equal parts.
-fn measure<B: Periodic, L: SegmentForce>(
+fn measure<B: Periodic>(
     system: &System<B>,
     chains: &Molecules,
-    (_, bonds, _): &Forces<L>,
+    (_, bonds, _): &Forces,
     virial: &Virial,
     numbers: &mut Vec<f64>,
 ) -> Result<(), Problem> {
