@@ -14,6 +14,7 @@ mod chain_steps;
 mod chart;
 mod dpd_steps;
 mod hydrodynamic_steps;
+mod kept;
 mod lattice;
 #[path = "../memory.rs"]
 mod memory;
@@ -24,6 +25,7 @@ mod sampling;
 mod scene;
 mod size;
 mod skin;
+mod spring_repulsion;
 mod viscosity;
 
 use chart::Panel;
@@ -57,12 +59,16 @@ enum Figure {
     Mobility,
     /// CPU time of a unit of time with hydrodynamic interactions, at equal error.
     HydrodynamicSteps,
+    /// Error and CPU time of mobilities that are kept for several steps.
+    Kept,
     /// Error of the schemes of DPD against step and CPU time: the fluid of Groot and Warren.
     DpdSteps,
     /// The same for FENE chains with strong friction.
     DpdStiffSteps,
     /// CPU time of a DPD step against the skin of its list.
     Skin,
+    /// Crossings and pressure against the height of springs' repulsion.
+    SpringRepulsion,
     /// Error of averages against CPU time, by the sampling interval.
     Sampling,
     /// CPU time and memory of a particle against the number of particles.
@@ -91,9 +97,11 @@ fn main() -> Result<(), Problem> {
             Figure::ChainSteps => chain_steps::figure(&task)?,
             Figure::Mobility => mobility::figure(&task)?,
             Figure::HydrodynamicSteps => hydrodynamic_steps::figure(&task)?,
+            Figure::Kept => kept::figure(&task)?,
             Figure::DpdSteps => dpd_steps::figure(&task, &dpd_steps::FLUID)?,
             Figure::DpdStiffSteps => dpd_steps::figure(&task, &dpd_steps::CHAINS)?,
             Figure::Skin => skin::figure(&task)?,
+            Figure::SpringRepulsion => spring_repulsion::figure(&task)?,
             Figure::Sampling => sampling::figure(&task)?,
             Figure::Size => size::figure(&task)?,
             Figure::Viscosity => viscosity::figure(&task)?,
