@@ -10,12 +10,15 @@
 //! cargo run --release --example semidilute_dpd -- --help                   all options
 //! ```
 //!
-//! The fluid has four beads per volume, a = 18.75 and Lowe-Andersen dynamics at the rate Gamma = 5. Chains are held by
-//! FENE springs of limit 5 and extensibility 50, which repel each other by the exponential law with alpha = 10 and a force of
-//! 1000 at contact, A = 100 as it is printed. `--contact-force 100` is what the thesis' distances between springs and its
-//! relaxation times fit better: at rest the time of the longest mode is then 112(6), 144(7) and 180(10) at c/c* = 0.5, 2 and
-//! 5, where with the printed one it is 142(4), 143(7) and 150(7); both keep chains apart. In a theta solvent all beads are alike, in a good one those of chains and solvent repel each other less,
-//! a = 13.125. Units are those of DPD: r_c, kT, and tau = r_c (m / kT)^(1/2).
+//! The fluid has four beads per volume, a = 18.75 and Lowe-Andersen dynamics at the rate Gamma = 5. In a theta solvent
+//! all beads are alike, in a good one those of chains and solvent repel each other less, a = 13.125. Units are those of
+//! DPD: r_c, kT, and tau = r_c (m / kT)^(1/2).
+//!
+//! Chains are held by FENE springs of limit 5 and extensibility 50, which repel each other by the exponential law with
+//! alpha = 10 and a force of 1000 at contact, A = 100 as it is printed. `--contact-force 100` fits what the thesis shows
+//! of it better, distances between springs and relaxation times that grow: at rest the stress of the longest mode then
+//! takes 112(6), 144(7) and 180(10) tau to decay at c/c* = 0.5, 2 and 5, where with the printed law it takes 142(4),
+//! 143(7) and 150(7). Both keep chains apart.
 //!
 //! The Deborah number De is the rate times 90 tau, the time in which stretched chains come back at c/c* = 0.5. (Rouse's
 //! theory has zeta / (8 H sin^2(pi / 2N)) = 110 for the friction of a bead among its like.) Coils unravel in an extension
