@@ -469,18 +469,29 @@ fn reference_memory_grows_with_concentration() {
     assert!((ratio(denser.friction, dilute.friction) - 1.6).abs() < 0.13);
 }
 
-/// How long stretched chains take to come back with that repulsion.
+/// How long stretched chains take to come back with that repulsion: somewhat longer the more there are, as the thesis has
+/// it, but they do not live through what coils at rest do.
+///
+/// Six, three and two runs, 60, 120 and 200 chains at c / c* = 0.5, 2 and 5. Found: `<R_g^2>` of 5.8(2), 5.1(1) and 4.2(1); times
+/// of 93(3), 99(2) and 98.8(16), of the later half of the decay 95(8), 101(5) and 104(5). Bounds are theory's interval, and 4
+/// errors of the ratio: growth by a fourth is caught.
 #[test]
-#[ignore = "15 minutes; cargo test --release -p zimm-tests --test semidilute_dpd -- --ignored --nocapture come_back"]
+#[ignore = "ten minutes; cargo test --release -p zimm-tests --test semidilute_dpd -- --ignored --nocapture come_back"]
 fn reference_chains_come_back() {
-    for (concentration, runs) in [(0.5, 6), (2.0, 3), (5.0, 2)] {
+    let found = [(0.5, 6), (2.0, 3), (5.0, 2)].map(|(concentration, runs)| {
         let solution = Solution {
             contact: SHOWN,
             ..Solution::theta(concentration)
         };
-        let [ends, _] = sizes(solution, runs);
-        relaxation(solution, runs, ends);
+        let [ends, radius] = sizes(solution, runs);
+        (radius.value, relaxation(solution, runs, ends).time.value)
+    });
+    let [dilute, dense, denser] = found;
+    assert!(dilute.0 > dense.0 && dense.0 > denser.0);
+    for (_, time) in found {
+        assert!((60.0..120.0).contains(&time), "{time}");
     }
+    assert!((denser.1 / dilute.1 - 1.06).abs() < 0.16);
 }
 
 /// One rate after another, each for the same time.
