@@ -206,13 +206,36 @@ impl<R: Rule<D>, const D: usize> Ladder<R, D> {
     pub(crate) fn lag_from(&self, position: f64) -> Result<usize, AnalysisError> {
         // A length that was divided by its unit is a whole number but for rounding.
         let least = position * (1.0 - 1e-12);
-        (0..self.lags()?)
-            .find(|&lag| self.position(lag) as f64 >= least)
-            .ok_or(AnalysisError::TooFew {
-                what: "samples",
-                found: self.samples,
-                needed: (PARTS as f64 * position).ceil() as u64,
-            })
+        self.shown(self.first(|found| found as f64 >= least))
+    }
+
+    /// The last lag of at most this many samples.
+    ///
+    /// # Errors
+    /// If the run does not show it.
+    pub(crate) fn lag_until(&self, position: u64) -> Result<usize, AnalysisError> {
+        self.shown(self.first(|found| found > position).saturating_sub(1))
+    }
+
+    /// The first lag whose length is of a kind; lengths beyond 2^64 are none.
+    fn first(&self, is: impl Fn(u64) -> bool) -> usize {
+        let all = 0..self.p * u64::BITS as usize;
+        let end = all.end;
+        all.into_iter()
+            .find(|&lag| is(self.position(lag)))
+            .unwrap_or(end)
+    }
+
+    /// A lag if the run shows it.
+    fn shown(&self, lag: usize) -> Result<usize, AnalysisError> {
+        if lag < self.lags()? {
+            return Ok(lag);
+        }
+        Err(AnalysisError::TooFew {
+            what: "samples",
+            found: self.samples,
+            needed: PARTS.saturating_mul(self.position(lag)),
+        })
     }
 
     /// The lags of an integral from zero up to the lag `last` of the function that the means are values of.

@@ -168,8 +168,7 @@ impl Estimator for MeanSquareDisplacement {
             return Err(misfit.clone());
         }
         let lags = self.ladder.lags()?;
-        let beyond = self.ladder.lag_from(*self.fit.end() as f64)?;
-        let last = beyond - usize::from(self.ladder.position(beyond) > *self.fit.end());
+        let last = self.ladder.lag_until(*self.fit.end())?;
         let slope = self.slope(last);
         let each = 3.0 / self.components.len() as f64;
         let of = |squares: &[[f64; 3]]| {
@@ -304,6 +303,20 @@ mod tests {
             assert!(MeanSquareDisplacement::new(0.1, fit).is_ok());
         }
         assert!(MeanSquareDisplacement::new(0.0, 1..=4).is_err());
+        // Lags 16 and 18 are what there is of this fit, so that 72 samples show it.
+        let mut between = MeanSquareDisplacement::new(0.1, 16..=19).unwrap();
+        for found in 0..73 {
+            let needed = if found < 2 { 2 } else { 72 };
+            let what = "samples";
+            let expected = AnalysisError::TooFew {
+                what,
+                found,
+                needed,
+            };
+            let estimate = between.estimate();
+            assert_eq!(estimate.err(), (found < 72).then_some(expected));
+            between.push(vec![DVec3::X; 3]);
+        }
         let fresh = MeanSquareDisplacement::new(0.1, 1..=2).unwrap();
         let mut short = fresh.clone();
         for found in 0..8 {
