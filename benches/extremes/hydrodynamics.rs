@@ -249,7 +249,7 @@ fn against(
 
 fn forces<B: Boundary>(system: &System<B>) -> Vec<DVec3> {
     let frame = system.frame();
-    let white = White::new(system.clock.next().noise(), &frame);
+    let white = White::new(system.clock.next(), &frame);
     (0..frame.len()).map(|place| white.bead(place)).collect()
 }
 
@@ -275,7 +275,12 @@ fn root<B: Boundary, M: Mobility<B>>(
     }
     let mut sum = 0.0;
     for step in 0..DRAWS {
-        let white = White::new(zimm::core::noise::Noise::new(9, step), &frame);
+        let now = Now {
+            seed: 9,
+            step,
+            ..Now::default()
+        };
+        let white = White::new(now, &frame);
         let mut moved = vec![DVec3::ZERO; frame.len()];
         if let Err(error) = root.add(&mut mobility, &white, 1.0, &mut moved) {
             return Outcome::Refused(error.to_string());

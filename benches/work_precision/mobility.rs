@@ -286,7 +286,7 @@ impl Scene {
         let system = System::new(space, Particles::new(positions)?, Clock::new(0.01, 1.0, 1)?);
         let mut forces = Vec::new();
         let frame = system.frame();
-        let white = White::new(system.clock.next().noise(), &frame);
+        let white = White::new(system.clock.next(), &frame);
         forces.extend((0..frame.len()).map(|place| white.bead(place)));
         Ok(Self {
             name,
@@ -429,7 +429,7 @@ fn root<M: Mobility<PeriodicBox>>(
     mut root: impl Root<PeriodicBox, M>,
 ) -> Result<[f64; 2], Problem> {
     let frame = scene.system.frame();
-    let white = White::new(scene.system.clock.next().noise(), &frame);
+    let white = White::new(scene.system.clock.next(), &frame);
     mobility.bind(&frame)?;
     let bind = timed(quick, || mobility.bind(&frame))?;
     let mut moved = vec![DVec3::ZERO; frame.len()];

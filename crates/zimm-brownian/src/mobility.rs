@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use zimm_core::{
-    Boundary, DMat3, DVec3, Frame, MobilityError, for_each_chunk,
+    Boundary, DMat3, DVec3, Frame, MobilityError, Now, for_each_chunk,
     noise::{Domain, Noise, fill_normal3},
 };
 
@@ -109,18 +109,44 @@ impl<B: Boundary, M: Mobility<B>> Root<B, M> for () {
 /// White noise of one step: independent normal numbers of mean zero and variance one, by bead or by wave.
 #[derive(Clone, Copy, Debug)]
 pub struct White<'a> {
+    now: Now,
     noise: Noise,
     ids: &'a [u32],
     attempts: &'a [u32],
 }
 
 impl<'a> White<'a> {
-    /// The noise of a step for the particles of a frame.
-    pub fn new<B>(noise: Noise, frame: &Frame<'a, B>) -> Self {
+    /// The noise of the step that ends at this moment, for the particles of a frame.
+    pub fn new<B>(now: Now, frame: &Frame<'a, B>) -> Self {
         Self {
-            noise,
+            now,
+            noise: now.noise(),
             ids: frame.ids,
             attempts: &[],
+        }
+    }
+
+    /// The noise of the same particles so many steps later.
+    ///
+    /// ```
+    /// use zimm_brownian::White;
+    /// use zimm_core::{Clock, DVec3, Open, Particles, System};
+    ///
+    /// let particles = Particles::new(vec![DVec3::ZERO])?;
+    /// let mut system = System::new(Open, particles, Clock::new(0.01, 1.0, 7)?);
+    /// let foreseen = White::new(system.clock.next(), &system.frame()).later(2).bead(0);
+    /// system.clock.tick();
+    /// system.clock.tick();
+    /// assert_eq!(White::new(system.clock.next(), &system.frame()).bead(0), foreseen);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn later(self, steps: u64) -> Self {
+        let step = self.now.step.wrapping_add(steps);
+        let now = Now { step, ..self.now };
+        Self {
+            now,
+            noise: now.noise(),
+            ..self
         }
     }
 

@@ -23,7 +23,7 @@ use faer::{Mat, Side};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 use zimm_core::noise::{Domain, Noise};
-use zimm_core::{Boundary, DMat3, DVec3, Frame, MobilityError, System};
+use zimm_core::{Boundary, DMat3, DVec3, Frame, MobilityError, Now, System};
 
 /// All laws of a mobility but those that have functions of their own, to a relative error.
 ///
@@ -221,13 +221,13 @@ pub fn scales_and_adds<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
     bind(mobility, &system.frame());
     let frame = system.frame();
     let there = forces(system, 3);
-    let noise = Noise::new(SEED, 0);
+    let now = moment(0);
     let mut draw = |scale: f64, start: &[DVec3]| {
         let mut displacements = start.to_vec();
         add(
             root,
             mobility,
-            &White::new(noise, &frame),
+            &White::new(now, &frame),
             scale,
             &mut displacements,
         );
@@ -292,7 +292,7 @@ pub fn noise_has_the_covariance<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
     let n = f64::from(samples);
     let mut drawn = vec![Vec::with_capacity(samples as usize); alive.len()];
     for sample in 0..samples {
-        let white = White::new(Noise::new(SEED, u64::from(sample)), &frame);
+        let white = White::new(moment(u64::from(sample)), &frame);
         let mut displacements = vec![DVec3::ZERO; frame.len()];
         add(root, mobility, &white, 1.0, &mut displacements);
         let x: Vec<f64> = displacements.iter().flat_map(|x| x.to_array()).collect();
@@ -441,6 +441,14 @@ pub fn columns_of_root<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
 const SEED: u64 = 271_828;
 const LAWS: Domain = Domain::user(0x6c61_7773);
 
+fn moment(step: u64) -> Now {
+    Now {
+        seed: SEED,
+        step,
+        ..Now::default()
+    }
+}
+
 fn bind<B: Boundary, M: Mobility<B>>(mobility: &mut M, frame: &Frame<'_, B>) {
     let bound = mobility.bind(frame);
     assert!(bound.is_ok(), "{bound:?}");
@@ -489,7 +497,7 @@ fn matrix_of_root<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
     let order = 3 * frame.len();
     let (mut noises, mut found) = (Mat::zeros(order, order), Mat::zeros(order, order));
     for s in 0..order {
-        let white = White::new(Noise::new(SEED, s as u64), &frame);
+        let white = White::new(moment(s as u64), &frame);
         let mut displacements = vec![DVec3::ZERO; frame.len()];
         add(root, mobility, &white, 1.0, &mut displacements);
         for (place, x) in displacements.iter().enumerate() {

@@ -133,7 +133,7 @@ impl Stage {
         zero(&mut self.noise, frame.len());
         if next.kt > 0.0 {
             let scale = (2.0 * next.kt * next.dt).sqrt();
-            let white = White::new(next.noise(), &frame).again(attempts);
+            let white = White::new(next, &frame).again(attempts);
             let step = next.step;
             let (noise, is_rooted) = (&mut self.noise, &mut self.kept.is_rooted);
             let done = if std::mem::take(is_rooted) {

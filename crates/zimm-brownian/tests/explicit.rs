@@ -43,8 +43,7 @@ impl<S: Stepper<Flow, Bonded<Hooke>>> OneStep<'_, S> {
         let particles = Particles::new(positions).unwrap();
         let clock = Clock::new(self.dt, kt, seed).unwrap();
         let mut system = System::new(self.flow, particles, clock);
-        let noise = clock.next().noise();
-        let white = White::new(noise, &system.frame());
+        let white = White::new(clock.next(), &system.frame());
         let z = (0..self.beads).flat_map(|place| white.bead(place).to_array());
         let z = z.collect();
         self.stepper

@@ -142,7 +142,7 @@ fn law_noise_is_of_the_first_configuration_of_a_round() {
         let (before, next) = (system.particles.positions().to_vec(), system.clock.next());
         let mut expected = vec![DVec3::ZERO; before.len()];
         let frame = system.frame();
-        let white = White::new(next.noise(), &frame);
+        let white = White::new(next, &frame);
         let scale = (2.0 * next.kt * next.dt).sqrt();
         Root::<Open, _>::add(&mut root, &mut mobility, &white, scale, &mut expected).unwrap();
         stepper.step(&mut system, &mut (), &mut ()).unwrap();

@@ -14,7 +14,18 @@ use zimm_brownian::{
     Auto, Ewald, Lanczos, Mesh, Mobility, Root, SplitNoise, White, mobility_laws as laws,
 };
 use zimm_core::noise::{Domain, Noise};
-use zimm_core::{Boundary, Clock, DMat3, DVec3, IVec3, MobilityError, Particles, Periodic, System};
+use zimm_core::{
+    Boundary, Clock, DMat3, DVec3, IVec3, MobilityError, Now, Particles, Periodic, System,
+};
+
+/// The moment of some step of some run.
+fn moment(seed: u64, step: u64) -> Now {
+    Now {
+        seed,
+        step,
+        ..Now::default()
+    }
+}
 
 /// A cell whose basis vectors are the rows of a file.
 fn cell(rows: &[f64]) -> PeriodicBox {
@@ -244,7 +255,7 @@ fn law_iterations_do_not_grow_with_the_system() {
         let (mut root, mut whole) = (SplitNoise::new(1e-3).unwrap(), Lanczos::new(1e-3).unwrap());
         mesh.bind(&system.frame()).unwrap();
         let frame = system.frame();
-        let white = White::new(Noise::new(1, 1), &frame);
+        let white = White::new(moment(1, 1), &frame);
         let mut noise = vec![DVec3::ZERO; beads];
         Root::<PeriodicBox, _>::add(&mut root, &mut mesh, &white, 1.0, &mut noise).unwrap();
         Root::<PeriodicBox, _>::add(&mut whole, &mut mesh, &white, 1.0, &mut noise).unwrap();
@@ -286,7 +297,7 @@ fn law_threads_do_not_show() {
             let mut mesh = Mesh::new(1.0, 1.0, 1e-3).unwrap();
             let mut moved = product(&mut mesh, &system, &forces);
             let frame = system.frame();
-            let white = White::new(Noise::new(1, 1), &frame);
+            let white = White::new(moment(1, 1), &frame);
             let mut root = SplitNoise::new(1e-3).unwrap();
             Root::<PeriodicBox, _>::add(&mut root, &mut mesh, &white, 1.0, &mut moved).unwrap();
             moved

@@ -16,8 +16,17 @@ use zimm_brownian::{
 };
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{
-    Boundary, Clock, DMat3, DVec3, Frame, MobilityError, Molecules, Open, Particles, System,
+    Boundary, Clock, DMat3, DVec3, Frame, MobilityError, Molecules, Now, Open, Particles, System,
 };
+
+/// The moment of some step of some run.
+fn moment(seed: u64, step: u64) -> Now {
+    Now {
+        seed,
+        step,
+        ..Now::default()
+    }
+}
 
 /// So many beads, of no matter where.
 fn beads(count: usize) -> System<Open> {
@@ -38,7 +47,7 @@ fn draw<M: Mobility<Open>, R: Root<Open, M>>(
     let frame = system.frame();
     mobility.bind(&frame)?;
     let mut displacements = vec![DVec3::ZERO; frame.len()];
-    let white = White::new(Noise::new(99, sample), &frame);
+    let white = White::new(moment(99, sample), &frame);
     root.add(mobility, &white, 1.0, &mut displacements)?;
     Ok(displacements)
 }
@@ -46,7 +55,7 @@ fn draw<M: Mobility<Open>, R: Root<Open, M>>(
 /// The exact symmetric root of a matrix, which is a matrix itself.
 fn exact(root: &mut Matrix, system: &System<Open>, sample: u64) -> Vec<DVec3> {
     let frame = system.frame();
-    let white = White::new(Noise::new(99, sample), &frame);
+    let white = White::new(moment(99, sample), &frame);
     let z: Vec<DVec3> = (0..frame.len()).map(|place| white.bead(place)).collect();
     let mut x = vec![DVec3::ZERO; z.len()];
     Mobility::<Open>::apply(root, &z, &mut x);
@@ -726,7 +735,7 @@ fn extreme_nearly_coincident_beads_in_a_coarse_sum() {
         let space = PeriodicBox::cubic(8.0).unwrap();
         let system = System::new(space, particles, Clock::new(0.01, 1.0, 1).unwrap());
         let frame = system.frame();
-        let white = White::new(Noise::new(1, 1), &frame);
+        let white = White::new(moment(1, 1), &frame);
         for error in [1e-1, 1e-2, 1e-3] {
             let mut mobility = Ewald::new(1.0, 0.5, error).unwrap();
             let mut cholesky = Cholesky::new(1e-6).unwrap();

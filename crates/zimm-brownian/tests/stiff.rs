@@ -128,7 +128,7 @@ fn linear_step(gradient: DMat3, dt: f64) -> (DMat3, DMat3) {
     let mut step = |bond: DVec3, kt: f64, seed: u64| {
         let flow = OpenFlow::new(gradient).unwrap();
         let mut system = system(flow, vec![bond, DVec3::ZERO], dt, kt, seed);
-        let white = White::new(system.clock.next().noise(), &system.frame());
+        let white = White::new(system.clock.next(), &system.frame());
         let drawn = white.bead(0) - white.bead(1);
         scheme().step(&mut system, &mut springs, &mut ()).unwrap();
         let r = system.particles.positions();
