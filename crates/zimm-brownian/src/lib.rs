@@ -7,7 +7,7 @@
 //! | part | trait | what there is |
 //! | --- | --- | --- |
 //! | how beads move each other | [`Mobility`], [`Entries`] | [`FreeDraining`]; `Rpy` in open space; `Ewald` and `Mesh` in cells, `Auto` chooses between them; `()`: nothing moves |
-//! | noise that goes with it | [`Root`] | [`Diagonal`] for free draining, [`Lanczos`] and [`Chebyshev`] for any mobility, `Cholesky` for those with entries, `SplitNoise` for `Mesh`, `AutoNoise` for `Auto`; `()`: no noise |
+//! | noise that goes with it | [`Root`] | [`Diagonal`] for free draining, [`Lanczos`] and [`Chebyshev`] for any mobility, `BlockLanczos` for one that is kept for several steps, `Cholesky` for those with entries, `SplitNoise` for `Mesh`, `AutoNoise` for `Auto`; `()`: no noise |
 //! | scheme in time | [`Stepper`](zimm_core::Stepper) | [`SemiImplicit`] for stiff springs; [`EulerMaruyama`], [`Heun`], [`Rejection`] |
 //!
 //! # Units
@@ -17,6 +17,8 @@
 
 #[cfg(feature = "hydrodynamics")]
 mod auto;
+#[cfg(feature = "hydrodynamics")]
+mod block_lanczos;
 mod chebyshev;
 #[cfg(feature = "hydrodynamics")]
 mod cholesky;
@@ -56,6 +58,8 @@ mod tridiagonal;
 
 #[cfg(feature = "hydrodynamics")]
 pub use auto::{Auto, AutoNoise};
+#[cfg(feature = "hydrodynamics")]
+pub use block_lanczos::BlockLanczos;
 pub use chebyshev::Chebyshev;
 #[cfg(feature = "hydrodynamics")]
 pub use cholesky::Cholesky;
