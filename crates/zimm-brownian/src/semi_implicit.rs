@@ -131,7 +131,7 @@ impl<M, R> SemiImplicit<M, R> {
     /// Keeps a mobility and what its root has made of it for so many steps: both are of the configuration at the last step
     /// whose number is a multiple of `steps`, and noise still fits mobility, so that only what changes within a round errs, in
     /// proportion to the time that it lasts. It pays where binding or the root is what costs, as a factorisation does
-    /// (`Cholesky`); a product with the mobility is as dear as before.
+    /// (`Cholesky`); `BlockLanczos` takes the roots of a round together. A product with the mobility is as dear as before.
     ///
     /// Particles that come, go or change places end a round. A run that goes on from a checkpoint has the same bits if that
     /// is at the beginning of a round, for the configuration at its beginning is not saved.

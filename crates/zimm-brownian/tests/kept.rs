@@ -64,25 +64,31 @@ fn run<S: BondForce>(
 fn law_a_constant_mobility_leaves_no_trace() {
     let chains = Molecules::linear(0, 3, 5).unwrap();
     let free = || FreeDraining::new(4.0).unwrap();
-    let moved = |stepper: &mut dyn FnMut(&mut System<Open>, &mut Bonded<Fene>) -> Vec<DVec3>| {
-        stepper(&mut system(&chains, 0.01, 3), &mut springs(&chains))
-    };
+    let implicit = || SemiImplicit::new(free(), Diagonal);
+    let explicit = || EulerMaruyama::new(free(), Diagonal);
+    let mut springs = springs(&chains);
     for steps in [1, 2, 7, 1000] {
-        let mut plain = SemiImplicit::new(free(), Diagonal);
-        let mut kept = plain.clone().keeping(steps).unwrap();
+        let [mut plain, mut kept] = [0, 1].map(|_| system(&chains, 0.01, 3));
         assert_eq!(
-            moved(&mut |system, springs| run(&mut plain, system, springs, 30)),
-            moved(&mut |system, springs| run(&mut kept, system, springs, 30))
+            run(&mut implicit(), &mut plain, &mut springs, 30),
+            run(
+                &mut implicit().keeping(steps).unwrap(),
+                &mut kept,
+                &mut springs,
+                30
+            )
         );
-        let mut plain = EulerMaruyama::new(free(), Diagonal);
-        let mut kept = plain.clone().keeping(steps).unwrap();
         assert_eq!(
-            moved(&mut |system, springs| run(&mut plain, system, springs, 30)),
-            moved(&mut |system, springs| run(&mut kept, system, springs, 30))
+            run(&mut explicit(), &mut plain, &mut springs, 30),
+            run(
+                &mut explicit().keeping(steps).unwrap(),
+                &mut kept,
+                &mut springs,
+                30
+            )
         );
     }
-    assert!(SemiImplicit::new(free(), Diagonal).keeping(0).is_err());
-    assert!(EulerMaruyama::new(free(), Diagonal).keeping(0).is_err());
+    assert!(implicit().keeping(0).is_err() && explicit().keeping(0).is_err());
 }
 
 /// Counts how often it is bound.
