@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::solution::{DT, RELAXATION_TIME, Solution};
+use crate::solution::{DT, IMAGES, RELAXATION_TIME, Solution};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, ValueEnum};
 use std::ffi::OsString;
@@ -40,7 +40,11 @@ pub(crate) struct Options {
     /// springs pass through each other.
     #[arg(long, value_name = "F", default_value_t = 1000.0)]
     #[arg(value_parser = not_negative, allow_negative_numbers = true)]
-    pub(crate) contact_force: f64,
+    contact_force: f64,
+    /// Distance of the images of the cell, 10 or more: twice as far as a spring may reach.
+    #[arg(long, value_name = "L", default_value_t = IMAGES)]
+    #[arg(value_parser = apart, allow_negative_numbers = true)]
+    pub(crate) images: f64,
     /// Time in the flow, in relaxation times.
     #[arg(long, value_name = "T", default_value_t = 10.0)]
     #[arg(value_parser = positive, allow_negative_numbers = true)]
@@ -145,6 +149,7 @@ impl Options {
                     flow: self.flow,
                     rate,
                     contact_force: self.contact_force,
+                    images: self.images,
                     start: self.start.unwrap_or(default),
                     seed: self.seed.wrapping_add(run),
                 }));
@@ -162,6 +167,13 @@ impl Options {
 fn positive(word: &str) -> Result<f64, String> {
     match not_negative(word)? {
         0.0 => Err("must be above zero".into()),
+        value => Ok(value),
+    }
+}
+
+fn apart(word: &str) -> Result<f64, String> {
+    match not_negative(word)? {
+        value if value < IMAGES => Err(format!("must be {IMAGES} or more")),
         value => Ok(value),
     }
 }

@@ -49,6 +49,7 @@ pub(crate) struct Solution {
     pub(crate) flow: Flow,
     pub(crate) rate: f64,
     pub(crate) contact_force: f64,
+    pub(crate) images: f64,
     pub(crate) start: Start,
     pub(crate) seed: u64,
 }
@@ -61,13 +62,14 @@ impl fmt::Display for Solution {
             flow,
             rate,
             contact_force,
+            images,
             start,
             seed,
         } = self;
         write!(
             f,
             "concentration {concentration} solvent {solvent:?} flow {flow:?} rate {rate} \
-             contact force {contact_force} start {start:?} seed {seed}"
+             contact force {contact_force} images {images} start {start:?} seed {seed}"
         )
     }
 }
