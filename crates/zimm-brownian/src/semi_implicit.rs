@@ -133,7 +133,7 @@ impl<M, R> SemiImplicit<M, R> {
     /// proportion to the time that it lasts. It pays where binding or the root is what costs, as a factorisation does
     /// (`Cholesky`); `BlockLanczos` takes the roots of a round together. A product with the mobility is as dear as before.
     ///
-    /// Particles that come, go or change places end a round. A run that goes on from a checkpoint has the same bits if that
+    /// Particles that come, go or change places end a round; a stepper that keeps belongs to one run. A run that goes on from a checkpoint has the same bits if that
     /// is at the beginning of a round, for the configuration at its beginning is not saved.
     ///
     /// # Errors
