@@ -437,7 +437,7 @@ fn reference_drag_by_two_routes() {
 /// / (N - 1) for that none of them is among its own others: the mobility of one bead, however many are pulled.
 ///
 /// Seed 8, a fifth of 864 beads pulled by 2 for 120 time units: the drift has a standard error of 2.5 %, D after 80 one of
-/// 1.5 %. Bound: 4 of both. (If half of the beads are pulled, they fall in plumes, and scatter by twice as much as they
+/// 1.5 %. Bound: 4 of both, 12 %: a force that is not balanced by the others is caught, and a balance of another share. (If half of the beads are pulled, they fall in plumes, and scatter by twice as much as they
 /// diffuse.)
 #[test]
 fn law_pulled_beads_drift_as_they_diffuse() {

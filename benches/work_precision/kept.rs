@@ -235,6 +235,12 @@ fn each_cost(round: u64, quick: bool, costs: &mut Vec<Cost>) -> Result<(), Probl
     let stepper = SemiImplicit::new(ewald, Lanczos::new(TOLERANCE)?);
     let seconds = per_step(stepper.keeping(round)?, in_cell(&many)?, &many, quick)?;
     push("1000 beads, direct, Lanczos", seconds);
+    let ewald = Ewald::new(FRICTION, radius, TOLERANCE)?;
+    // Roots of so many steps at once as need not be thrown away.
+    let root = BlockLanczos::new(TOLERANCE, round.min(16) as usize)?;
+    let stepper = SemiImplicit::new(ewald, root).keeping(round)?;
+    let seconds = per_step(stepper, in_cell(&many)?, &many, quick)?;
+    push("1000 beads, direct, BlockLanczos", seconds);
     let mesh = Mesh::new(FRICTION, radius, TOLERANCE)?;
     let stepper = SemiImplicit::new(mesh, SplitNoise::new(TOLERANCE)?);
     let seconds = per_step(stepper.keeping(round)?, in_cell(&many)?, &many, quick)?;

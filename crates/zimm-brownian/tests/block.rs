@@ -6,42 +6,19 @@
     reason = "a test may panic, and so may its helpers"
 )]
 
+mod dense;
+
+use dense::{at, beads, exact, relative_error, white};
 use std::cell::Cell;
 use zimm_boundary::PeriodicBox;
 use zimm_brownian::mobility_laws::{self as laws, Matrix};
-use zimm_brownian::{
-    BlockLanczos, Ewald, FreeDraining, Lanczos, Mobility, Root, Rpy, SemiImplicit, White,
-};
+use zimm_brownian::{BlockLanczos, Ewald, Lanczos, Mobility, Root, Rpy, SemiImplicit, White};
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{
-    Bonded, Boundary, Clock, DVec3, Frame, MobilityError, Molecules, Now, Open, Particles, Stepper,
+    Bonded, Boundary, Clock, DVec3, Frame, MobilityError, Molecules, Open, Particles, Stepper,
     System,
 };
 use zimm_forces::Fene;
-
-const SEED: u64 = 99;
-
-/// So many beads, of no matter where.
-fn beads(count: usize) -> System<Open> {
-    at(&(0..count).map(|k| k as f64 * DVec3::X).collect::<Vec<_>>())
-}
-
-fn at(positions: &[DVec3]) -> System<Open> {
-    let particles = Particles::new(positions.to_vec()).unwrap();
-    System::new(Open, particles, Clock::new(0.01, 1.0, 1).unwrap())
-}
-
-fn white<'a, B>(system: &'a System<B>, step: u64) -> White<'a>
-where
-    B: Boundary,
-{
-    let now = Now {
-        seed: SEED,
-        step,
-        ..Now::default()
-    };
-    White::new(now, &system.frame())
-}
 
 /// The roots of so many steps, of which the first is a multiple of that number.
 fn block<B: Boundary, M: Mobility<B>>(
@@ -70,21 +47,6 @@ fn alone<B: Boundary, M: Mobility<B>, R: Root<B, M>>(
     let mut x = vec![DVec3::ZERO; system.particles.len()];
     root.add(mobility, &white(system, step), 1.0, &mut x)?;
     Ok(x)
-}
-
-/// The exact symmetric root of a matrix, which is a matrix itself.
-fn exact(root: &mut Matrix, system: &System<Open>, step: u64) -> Vec<DVec3> {
-    let white = white(system, step);
-    let z: Vec<DVec3> = (0..root.beads()).map(|place| white.bead(place)).collect();
-    let mut x = vec![DVec3::ZERO; z.len()];
-    Mobility::<Open>::apply(root, &z, &mut x);
-    x
-}
-
-fn relative_error(found: &[DVec3], exact: &[DVec3]) -> f64 {
-    let square = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>();
-    let apart: Vec<DVec3> = found.iter().zip(exact).map(|(a, b)| *a - *b).collect();
-    (square(&apart) / square(exact)).sqrt()
 }
 
 /// Spectra of so many eigenvalues, by name.
@@ -508,6 +470,7 @@ fn law_a_stepper_goes_where_lanczos_method_takes_it() {
 #[cfg(feature = "rayon")]
 #[test]
 fn law_the_same_bits_on_any_number_of_threads() {
+    use zimm_brownian::FreeDraining;
     const BEADS: usize = 5000;
     let species = (0..BEADS).map(|k| (k % 7) as u8).collect();
     let particles = Particles::new(vec![DVec3::ZERO; BEADS]).unwrap();

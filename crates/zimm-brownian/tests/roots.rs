@@ -6,6 +6,9 @@
     reason = "a test may panic, and so may its helpers"
 )]
 
+mod dense;
+
+use dense::{at, beads, exact, relative_error, white};
 use serde_json::Value;
 use std::ops::Range;
 use zimm_boundary::PeriodicBox;
@@ -16,56 +19,20 @@ use zimm_brownian::{
 };
 use zimm_core::noise::{Domain, Noise};
 use zimm_core::{
-    Boundary, Clock, DMat3, DVec3, Frame, MobilityError, Molecules, Now, Open, Particles, System,
+    Boundary, Clock, DMat3, DVec3, Frame, MobilityError, Molecules, Open, Particles, System,
 };
 
 /// The moment of some step of some run.
-fn moment(seed: u64, step: u64) -> Now {
-    Now {
-        seed,
-        step,
-        ..Now::default()
-    }
-}
-
-/// So many beads, of no matter where.
-fn beads(count: usize) -> System<Open> {
-    at(&(0..count).map(|k| k as f64 * DVec3::X).collect::<Vec<_>>())
-}
-
-fn at(positions: &[DVec3]) -> System<Open> {
-    let particles = Particles::new(positions.to_vec()).unwrap();
-    System::new(Open, particles, Clock::new(0.01, 1.0, 1).unwrap())
-}
-
 fn draw<M: Mobility<Open>, R: Root<Open, M>>(
     root: &mut R,
     mobility: &mut M,
     system: &System<Open>,
     sample: u64,
 ) -> Result<Vec<DVec3>, MobilityError> {
-    let frame = system.frame();
-    mobility.bind(&frame)?;
-    let mut displacements = vec![DVec3::ZERO; frame.len()];
-    let white = White::new(moment(99, sample), &frame);
-    root.add(mobility, &white, 1.0, &mut displacements)?;
+    mobility.bind(&system.frame())?;
+    let mut displacements = vec![DVec3::ZERO; system.particles.len()];
+    root.add(mobility, &white(system, sample), 1.0, &mut displacements)?;
     Ok(displacements)
-}
-
-/// The exact symmetric root of a matrix, which is a matrix itself.
-fn exact(root: &mut Matrix, system: &System<Open>, sample: u64) -> Vec<DVec3> {
-    let frame = system.frame();
-    let white = White::new(moment(99, sample), &frame);
-    let z: Vec<DVec3> = (0..frame.len()).map(|place| white.bead(place)).collect();
-    let mut x = vec![DVec3::ZERO; z.len()];
-    Mobility::<Open>::apply(root, &z, &mut x);
-    x
-}
-
-fn relative_error(found: &[DVec3], exact: &[DVec3]) -> f64 {
-    let square = |v: &[DVec3]| v.iter().map(|v| v.length_squared()).sum::<f64>();
-    let apart: Vec<DVec3> = found.iter().zip(exact).map(|(a, b)| *a - *b).collect();
-    (square(&apart) / square(exact)).sqrt()
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -734,8 +701,7 @@ fn extreme_nearly_coincident_beads_in_a_coarse_sum() {
         let particles = Particles::new(near.chain(elsewhere).collect()).unwrap();
         let space = PeriodicBox::cubic(8.0).unwrap();
         let system = System::new(space, particles, Clock::new(0.01, 1.0, 1).unwrap());
-        let frame = system.frame();
-        let white = White::new(moment(1, 1), &frame);
+        let white = white(&system, 1);
         for error in [1e-1, 1e-2, 1e-3] {
             let mut mobility = Ewald::new(1.0, 0.5, error).unwrap();
             let mut cholesky = Cholesky::new(1e-6).unwrap();
@@ -748,7 +714,7 @@ fn extreme_nearly_coincident_beads_in_a_coarse_sum() {
             assert!(apart < 3.0 * error, "Chebyshev, {scale:e}: {apart:e}");
             let mut moved = vec![DVec3::ZERO; 20];
             let mut mesh = Mesh::new(1.0, 0.5, error).unwrap();
-            mesh.bind(&frame).unwrap();
+            mesh.bind(&system.frame()).unwrap();
             let mut split = SplitNoise::new(error).unwrap();
             Root::<PeriodicBox, _>::add(&mut split, &mut mesh, &white, 1.0, &mut moved).unwrap();
         }
